@@ -21,14 +21,14 @@ static const double CREDIT = 1e-3, CREDIT_SPENT = 1.0 - 1e-6; // [J], share at m
 static const double WAY_LEAST = 1e-4, WAY_FADES = 0.999;      // [m], per call
 
 // The stiffness that was felt: over this time, from this way on, and if depth explains so much of
-// the change of the force. The plane follows it within FELT_EASES, so that it does not jump.
-static const double FELT_TIME = 0.05, FELT_EASES = 0.02; // [s]
-static const double FELT_WAY = 1e-4, FELT_SHARE = 0.5;   // [m], of the variance
+// the change of the force. The plane follows the contacts within the other two times.
+static const double FELT_TIME = 0.05, STIFFNESS_EASES = 0.02, FORCE_EASES = 0.006; // [s]
+static const double FELT_WAY = 1e-4, FELT_SHARE = 0.5; // [m], of the variance
 // The soft limit is a spring, so much stiffer than the plane. A hand that comes in with this
 // velocity feels half of what the spring withholds. Damping with it was tried: it adds little.
 static const double STIFFER = 1.5, INWARD = 0.02, SMOOTH_TIME = 4e-3; // [m/s], of the velocity [s]
-// It holds at least this: a hand that felt nothing would never put anything in [J].
-static const double SPRING_LEAST = 2e-6;
+// At least this share is shown: a hand that felt nothing would never put anything in.
+static const double SHARE_LEAST = 0.03;
 
 // What successive contacts have shown: means and (co)variances of late along the normal.
 typedef struct Felt {
@@ -128,19 +128,39 @@ static void feel(Felt *felt, const HandForce *plane, double passed)
     // The slope of a line through them, if there is one: a body that moves by itself shows none.
     const double both = felt->depth_force, slope = both / felt->depth_2;
     if (felt->depth_2 > FELT_WAY * FELT_WAY && both > 0.0 && isfinite(slope) &&
-        both * slope > FELT_SHARE * felt->force_2) {
-        const double more = fmax(0.0, slope - stiffness_along(plane, plane->normal));
-        felt->more += passed / (FELT_EASES + passed) * (more - felt->more);
-    }
+        both * slope > FELT_SHARE * felt->force_2)
+        felt->more = fmax(0.0, slope - stiffness_along(plane, plane->normal));
 }
 
-// Raises the stiffness of the newest contact along its normal to the one that was felt: a plane
-// that is softer than the body leaves the rest of it to contacts, which are late.
-static void raise_stiffness(PliantHaptic *haptic, double passed)
+// Goes from the plane before towards the newest one: a jump of the stiffness is one of the force
+// far from the contact, and the force of a wall that snaps, or of late contacts, jumps by itself.
+static void ease(HandForce *plane, const HandForce *before, double passed)
+{
+    const double stiffer = passed / (STIFFNESS_EASES + passed),
+                 stronger = passed / (FORCE_EASES + passed);
+    HandForce eased = *plane;
+    for (int i = 0; i < 3; i++) {
+        double last = before->force[i];
+        for (int k = 0; k < 3; k++) {
+            last -= before->stiffness[i][k] * (plane->position[k] - before->position[k]);
+            const double more = plane->stiffness[i][k] - before->stiffness[i][k];
+            eased.stiffness[i][k] = before->stiffness[i][k] + stiffer * more;
+        }
+        eased.force[i] = last + stronger * (plane->force[i] - last);
+    }
+    // Numbers too large to compute with must not stay.
+    if (all_finite(eased.force, 3) && all_finite(&eased.stiffness[0][0], 9))
+        *plane = eased;
+}
+
+// Makes a plane of the newest contact. Along its normal the stiffness is raised to the one that was
+// felt: a plane that is softer than the body leaves the rest of it to contacts, which are late.
+static void update_plane(PliantHaptic *haptic, const HandForce *before, double passed)
 {
     HandForce *plane = &haptic->last;
     Felt *felt = &haptic->felt;
-    if (haptic->heard && plane->contact && passed >= 0.0 && passed <= PERIOD_MOST) {
+    const bool goes_on = haptic->heard && plane->contact && passed >= 0.0 && passed <= PERIOD_MOST;
+    if (goes_on) {
         feel(felt, plane, passed);
     } else {
         *felt = (Felt){.more = 0.0};
@@ -150,6 +170,8 @@ static void raise_stiffness(PliantHaptic *haptic, double passed)
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)
             plane->stiffness[i][k] += felt->more * plane->normal[i] * plane->normal[k];
+    if (goes_on && before->contact)
+        ease(plane, before, passed);
 }
 
 void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact)
@@ -163,12 +185,13 @@ void pliant_haptic_take(PliantHaptic *haptic, const PliantContact *contact)
     for (int k = 0; k < 3 && haptic->velocity_known; k++)
         haptic->velocity[k] = (contact->position[k] - haptic->last.position[k]) / passed;
     // The contact itself.
+    const HandForce before = haptic->last;
     haptic->last = (HandForce){.contact = contact->contact, .valid = contact->valid};
     memcpy(haptic->last.position, contact->position, sizeof contact->position);
     memcpy(haptic->last.force, contact->force, sizeof contact->force);
     memcpy(haptic->last.normal, contact->normal, sizeof contact->normal);
     memcpy(haptic->last.stiffness, contact->stiffness, sizeof contact->stiffness);
-    raise_stiffness(haptic, passed);
+    update_plane(haptic, &before, passed);
     haptic->time = contact->time;
     haptic->received = contact->received;
     haptic->damping = fmax(0.0, contact->damping);
@@ -259,7 +282,7 @@ static void scale(double force[3], const double way[3], double most)
 static void soften(const PliantHaptic *haptic, double stiffness, double left, double force[3])
 {
     const double stored = 0.5 * dot(force, force) / stiffness; // by the plane [J]
-    const double share = sqrt(STIFFER * fmax(SPRING_LEAST, left) / stored);
+    const double share = fmax(SHARE_LEAST, sqrt(STIFFER * left / stored));
     const double in = fmin(0.0, dot(haptic->smooth, haptic->last.normal)) / INWARD;
     const double shown = share + (1.0 - share) * in * in / (1.0 + in * in);
     for (int k = 0; k < 3 && share < 1.0; k++)
@@ -320,7 +343,7 @@ void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const d
         haptic->period = fmin(period, PERIOD_MOST);
     // A force that has expired is none.
     if (haptic->heard && haptic->last.contact && now - haptic->received <= haptic->last.valid)
-        show_plane(haptic, position, going, force);
+        show_plane(haptic, position, velocity ? velocity : haptic->smooth, force);
     const bool touches = dot(force, force) > 0.0;
     if (touches && haptic->guard)
         limit(haptic, going, force);

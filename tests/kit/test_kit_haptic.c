@@ -498,8 +498,8 @@ TEST(force_of_a_hand_that_leaves_fades)
     expect_at_most(was, 0.1);
 }
 
-// A hand that jumps 5 mm out of the same body owes the whole credit. It comes back slowly: a spring
-// of 750 N/m that holds 2 uJ shows it 0.055 N, which have paid 1 mJ after 18 of 24 mm.
+// A hand that jumps 5 mm out of the same body owes the whole credit. It comes back slowly: 3 % of
+// the force show it 0.06 N, which have paid 1 mJ after 17 of 24 mm.
 TEST(hand_that_owes_work_feels_the_body_again)
 {
     SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
@@ -728,6 +728,60 @@ TEST(force_ends_with_its_validity_and_at_the_limit)
     expect_near(force[2], 0.0, 0.0);
 }
 
+// The largest change of the force from tick to tick while a hand comes at 50 mm/s, by steps of 20
+// um, over the last force [1]: a body that publishes 5 N/m, none for every other contact, and
+// damping, 0.7 mm behind the hand.
+static double largest_step(double stiffness, double damping, double snaps)
+{
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    PliantContact contact = PUSHES_UP(.valid = 1.0, .damping = damping);
+    double force[3] = {0}, most = 0.0;
+    for (int k = 1; k <= 150; k++) {
+        const double now = k * TICK, depth = 0.05 * now, was = force[2];
+        contact.received = contact.time = now;
+        contact.position[2] = -(depth - 0.0007);
+        contact.force[2] = 0.05 + (k > 100 ? snaps : 0.0);
+        contact.stiffness[2][2] = k % 100 < 50 ? stiffness : 0.0;
+        pliant_haptic_take(haptic, &contact);
+        const double at[3] = {0.0, 0.0, -20e-6 * round(depth / 20e-6)};
+        pliant_haptic_force(haptic, at, NULL, now, force);
+        if (k > 20)
+            most = fmax(most, fabs(force[2] - was));
+    }
+    return most / force[2];
+}
+
+// 5 % is the bar of loop.tick (tests/touch/touch.md). Without easing: 7 % as the stiffness comes
+// and goes, 8 % as encoder steps of 20 mm/s meet damping, 25 % as a wall snaps.
+TEST(force_is_even_from_tick_to_tick)
+{
+    expect_at_most(largest_step(5.0, 0.0, 0.0), 0.05);
+    expect_at_most(largest_step(0.0, 0.2, 0.0), 0.05);
+    expect_at_most(largest_step(0.0, 0.0, -0.01), 0.05);
+}
+
+// A soft body that pushes with 8 mN: the force fades to nothing before the hand has taken all back.
+TEST(force_of_a_soft_body_fades_to_nothing)
+{
+    SCOPED_HAPTIC PliantHaptic *haptic = pliant_haptic_create(MOST, true);
+    PliantContact contact = PUSHES_UP(.valid = 1.0, .force = {0.0, 0.0, 0.008},
+                                      .stiffness = {{0}, {0}, {0.0, 0.0, 5.0}});
+    double z = 0.0, most = 0.0, force[3] = {0};
+    for (int k = 0; k < 400; k++) {
+        const double was = force[2];
+        contact.received = contact.time = k * TICK;
+        contact.position[2] = z;
+        pliant_haptic_take(haptic, &contact);
+        pliant_haptic_force(haptic, (double[3]){0.0, 0.0, z}, NULL, k * TICK, force);
+        if (k > 100)
+            most = fmax(most, was - force[2]);
+        z += k < 100 ? -50e-6 : 50e-6; // 50 mm/s
+    }
+    // A spring of 7.5 N/m loses 0.4 mN on the way of a tick, 5 %; the last 3 % end at once.
+    expect_at_most(most, 0.1 * 0.008);
+    expect_at_most(force[2], 1e-4);
+}
+
 // The damping that a contact reports acts on the difference of the velocities alone: what was felt
 // at the contact is in its force.
 TEST(damping_acts_on_the_change_of_velocity)
@@ -739,11 +793,12 @@ TEST(damping_acts_on_the_change_of_velocity)
     contact.position[2] = -0.001; // -0.1 m/s
     contact.force[2] = 2.0;
     pliant_haptic_take(haptic, &contact);
-    double force[3];
+    // The plane is on its way from 0 to 2 N.
+    double force[3], faster[3];
     pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.1}, 1.01, force);
-    expect_near(force[2], 2.0, 1e-12);
-    pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.2}, 1.01, force);
-    expect_near(force[2], 2.4, 1e-12);
+    expect_at_most(force[2], 2.0);
+    pliant_haptic_force(haptic, contact.position, (double[3]){0.0, 0.0, -0.2}, 1.01, faster);
+    expect_near(faster[2] - force[2], 0.4, 1e-12);
 }
 
 TEST(numbers_that_are_none_give_no_force)

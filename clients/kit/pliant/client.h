@@ -185,16 +185,18 @@ PLIANT_API double pliant_round_trip(const PliantClient *client, double share);
 // The force that a haptic device shows between two contacts: a plane through the last one with the
 // stiffness K that the server published,
 //   F = F_c - K (x - x_c) - b n n.(v - v_c),
-// x_c and F_c of the contact, b its damping, v_c from its last two positions. Along the normal, K
-// is raised to the slope of force over depth that the contacts of the last 50 ms have shown, if it
-// is more: a plane softer than the body is late, which shakes the hand. F is zero without contact
-// and after its `valid`, never points into the body, and is at most the limit.
+// x_c and F_c of the contact, b its damping, v_c from its last two positions, v behind a low pass
+// of 4 ms if it is not given. Along the normal, K is raised to the slope of force over depth that
+// the contacts of the last 50 ms have shown, if it is more: a plane softer than the body is late,
+// which shakes the hand. F_c and K follow those of the contacts within 6 and 20 ms. F is zero
+// without contact and after its `valid`, never points into the body, and is at most the limit.
 //
 // A guard keeps the device passive whatever was delayed or lost. It counts the work W of the hand,
 // exactly if the device holds F until the next call, and gives back no more than is left:
 // - Where K along F is known, |F| is at most that of a spring of 1.5 K that holds what is left, and
-//   at least 2 uJ: it fades as the hand leaves, and what the network generates makes a body softer
-//   instead of shaking the hand. A hand that comes in is shown more, at 20 mm/s half of the rest.
+//   not below 3 % of the plane's: it fades as the hand leaves, and what the network generates makes
+//   a body softer instead of shaking the hand. A hand that comes in is shown more, at 20 mm/s half
+//   of the rest.
 // - It drops the part of F along where the hand may go until the next call: as its velocity says,
 //   over the last period (at most 50 ms), and where it went last along each axis, until it turns.
 //   So the steps of an encoder, which most calls do not see, give nothing back either.
