@@ -131,6 +131,7 @@ TEST(told_stiffness_is_the_slope_of_the_force)
                      inwards[3] = {felt.inwards.x, felt.inwards.y, felt.inwards.z};
         static Hand hand;
         HandPose pose = {0};
+        double damping = 0.0;
         hand_begin(&hand, &options, touch, inwards);
         for (int i = 0; i < TICKS; i++) {
             const HandForce heard = hear(&felt, &hand, i, &pose);
@@ -140,7 +141,11 @@ TEST(told_stiffness_is_the_slope_of_the_force)
             depth[i] = along(felt.inwards, pose.position);
             force[i] = -along(felt.inwards, heard.force);
             told[i] = along(felt.inwards, row);
+            damping = fmax(damping, sim_wrench(felt.world.sim, 0)->damping);
         }
+        // Measured: 0.17 on the cube, 0.05 at most on others. A wall about to buckle hardly resists
+        // what is solved: that counted as 0.29 on the stomach, up to 14 000 from other sides.
+        expect_at_most(damping, 0.2);
         int count = 0, near = 0;
         for (int i = 2 * HALF; i + HALF < TICKS; i += 2 * HALF) {
             const double way = depth[i + HALF] - depth[i - HALF];
@@ -150,7 +155,8 @@ TEST(told_stiffness_is_the_slope_of_the_force)
             count++;
             near += told[i] >= 0.9 * slope && told[i] <= 1.3 * slope;
         }
-        print_message("%s: within -10 and +30 %% at %d of %d places\n", WHERE[k].path, near, count);
+        print_message("%s: within -10 and +30 %% at %d of %d places, %.3g N s/m at most\n",
+                      WHERE[k].path, near, count, damping);
         assert_true(count > 20);
         expect_at_least(near, WHERE[k].least * count);
         end(&felt);

@@ -425,14 +425,15 @@ static void advance(StiffnessEstimator *all)
 // ---------------------------------------------------------------------------------------------
 // Result
 
-// Returns the body's damping in a motion as slow as the tool's: u^T C u, with C that of the nodes
+// Finds the body's damping in a motion as slow as the tool's: u^T C u, with C that of the nodes
 // and, for the links between them, the relaxation times their stiffness: u^T A u without the parts
-// of nodes and contact.
-static double find_damping(const StiffnessEstimator *all)
+// of nodes and contact. Returns false if that stiffness is negative: compressed links are about to
+// buckle, and what is solved is a way out of hardly any resistance, which no tool goes.
+static bool find_damping(const StiffnessEstimator *all, double *damping)
 {
     const Patch *patch = all->patch;
     const double n[3] = {all->normal.x, all->normal.y, all->normal.z};
-    double of_nodes = 0.0, inner = 0.0, alone = 0.0, contact = 0.0;
+    double of_nodes = 0.0, links = 0.0;
     for (int i = 0; i < patch->node_count; i++) {
         Vec3 u = {0.0, 0.0, 0.0}, au = u;
         for (int c = 0; c < 3; c++) {
@@ -440,8 +441,7 @@ static double find_damping(const StiffnessEstimator *all)
             au = vec3_madd(au, n[c], vec3_sub(all->b[i].of[c], all->r[i].of[c]));
         }
         of_nodes += patch->drag[i] * vec3_dot(u, u);
-        alone += patch->mass[i] * vec3_dot(u, u);
-        inner += vec3_dot(u, au);
+        links += vec3_dot(u, vec3_madd(au, -patch->mass[i], u));
     }
     for (int i = 0; i < all->spring_count; i++) {
         short local[SPRING_CARRIERS];
@@ -451,9 +451,10 @@ static double find_damping(const StiffnessEstimator *all)
         for (int e = 0; e < count; e++)
             for (int c = 0; c < 3; c++)
                 moved = vec3_madd(moved, share[e] * n[c], all->u[local[e]].of[c]);
-        contact += sym3_along(all->tangent[i], moved);
+        links -= sym3_along(all->tangent[i], moved);
     }
-    return of_nodes + patch->relaxation * fmax(0.0, inner - alone - contact);
+    *damping = of_nodes + patch->relaxation * fmax(0.0, links);
+    return links >= 0.0;
 }
 
 // Finds the nearest positive matrix with eigenvalues of at most `limit`, by rotating pairs of axes
@@ -646,7 +647,6 @@ static void finish(StiffnessEstimator *all)
     if (!(estimate->felt.xx > 0.0))
         estimate->along = all->normal;
     publish(estimate);
-    estimate->stiffness.damping = find_damping(all);
     estimate->count = patch->node_count;
     memcpy(estimate->node, patch->node, (size_t)patch->node_count * sizeof *patch->node);
     memcpy(estimate->moved, all->u, (size_t)patch->node_count * sizeof *all->u);
@@ -683,6 +683,11 @@ static void solve(StiffnessEstimator *all)
             return;
         }
         if (all->step_count == STEPS || is_solved(all)) {
+            double damping;
+            all->failed = !find_damping(all, &damping) && !patch->tensed;
+            if (all->failed)
+                continue;
+            all->estimate[all->at].stiffness.damping = damping;
             finish(all);
             return;
         }
