@@ -338,14 +338,15 @@ static double span(const Curve *curve, double from, double to, double *deepest)
     return high - low;
 }
 
-// True if a device that is pushed to the full depth of the press comes to rest, not far below it: a
-// guard that gives no force lets it sink. With a wall that neither takes nor gives energy its own
+// True if a device that is pushed with half the force of the press comes to rest, no deeper than
+// it: the full force with its swing went beyond what was pressed, on cube.cfg into `max_force`, and
+// a guard that gives no force lets it sink. With a wall that neither takes nor gives energy its own
 // damping leaves exp(-0.8) = 0.45 of the motion from one window to the other, and a limit cycle
 // leaves all; below two steps of the encoder there is rest.
 static bool calms(Certifier *certifier, double rate_hz, bool guard, double stiffness)
 {
     const double scale = stiffness / certifier->stiffness;
-    const Trial trial = {.push = scale * certifier->force,
+    const Trial trial = {.push = 0.5 * scale * certifier->force,
                          .seconds = 1.6,
                          .rate_hz = rate_hz,
                          .device = loop_device(certifier),
@@ -357,26 +358,26 @@ static bool calms(Certifier *certifier, double rate_hz, bool guard, double stiff
     const double before = span(&certifier->curve, 0.4, 0.8, &deepest),
                  after = span(&certifier->curve, 1.2, 1.6, &deepest);
     return after <= fmax(0.7 * before, 2.0 * trial.device.quantum + 1e-6) &&
-           deepest <= 1.25 * certifier->bench->depth;
+           deepest <= certifier->bench->depth;
 }
 
-// Scales what the client is told from 50 N/m, where the device still swings once in 0.3 s,
-// by powers of 2^(1/3), and bisects. 0: not even the least calms down.
+// Scales what the client is told from 50 N/m, where the device still swings once in 0.3 s, octave
+// by octave until it does not calm down, and by thirds in that octave. Stiffer ones may calm down
+// again: a bisection found any of these. 0: not even the least calms down.
 static double width(Certifier *certifier, double rate_hz, bool guard)
 {
-    enum { STEPS = 30 };
-    const double least = 50.0;
-    int good = -1, bad = STEPS + 1;
+    enum { OCTAVES = 8 };
+    double good = 0.0, next = 50.0;
     if (!(certifier->stiffness > 0.0))
         return (double)NAN;
-    while (bad - good > 1) {
-        const int middle = good + (bad - good) / 2;
-        if (calms(certifier, rate_hz, guard, least * exp2(middle / 3.0)))
-            good = middle;
-        else
-            bad = middle;
+    for (int k = 0; k < OCTAVES && calms(certifier, rate_hz, guard, next); k++, next *= 2.0)
+        good = next;
+    next = good * exp2(1.0 / 3.0);
+    for (int k = 1; k < 3 && good > 0.0 && calms(certifier, rate_hz, guard, next); k++) {
+        good = next;
+        next *= exp2(1.0 / 3.0);
     }
-    return good < 0 ? 0.0 : least * exp2(good / 3.0);
+    return good;
 }
 
 // --- grasping ---

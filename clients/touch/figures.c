@@ -59,8 +59,8 @@ const Figure FIGURES[FIGURE_COUNT] = {
     [FIGURE_BARE_TICK] = {"bare.tick", "%", NO_BAR, "the same as loop.tick without guard"},
     [FIGURE_WIDTH_1] =
         {"width.1k", "N/m", NO_BAR,
-         "stiffness up to which, by bisection, a device pushed to this depth calms down "
-         "there, client at 1 kHz"},
+         "stiffness up to which, by octaves from 50 N/m and by thirds in the last, a device pushed "
+         "with half the force calms down above this depth, client at 1 kHz"},
     [FIGURE_WIDTH_4] = {"width.4k", "N/m", NO_BAR, "the same at 4 kHz"},
     [FIGURE_WIDTH_10] = {"width.10k", "N/m", NO_BAR, "the same at 10 kHz"},
     [FIGURE_WIDTH_GUARD] = {"width.guard", "N/m", NO_BAR, "the same at 1 kHz with the guard"},
