@@ -64,29 +64,22 @@ static bool read_integer(const char **at, const char *end, int *value)
     return true;
 }
 
-// Parses the indices of a corner v, v/vt, v//vn or v/vt/vn; texture 0: none.
+// Parses the indices v/vt/vn of a corner. Fields but the first may be empty or absent, since some
+// writers print the slashes of what they do not have; texture 0: none.
 static bool parse_corner(Word word, int *vertex, int *texture)
 {
     const char *at = word.at, *end = word.at + word.size;
-    int normal;
-    *texture = 0;
-    // v alone,
-    if (!read_integer(&at, end, vertex))
-        return false;
-    // then /vt, or //vn, or /vt/vn.
-    if (at < end && *at == '/') {
+    int field[3] = {0, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        const bool given = k == 0 || (at < end && *at != '/');
+        if (given && !read_integer(&at, end, &field[k]))
+            return false;
+        if (k == 2 || at == end || *at != '/')
+            break;
         at++;
-        bool textured = at < end && *at != '/';
-        if (textured && !read_integer(&at, end, texture))
-            return false;
-        if (at < end && *at == '/') {
-            at++;
-            if (!read_integer(&at, end, &normal))
-                return false;
-        } else if (!textured) {
-            return false;
-        }
     }
+    *vertex = field[0];
+    *texture = field[1];
     return at == end;
 }
 

@@ -107,15 +107,17 @@ TEST(obj_of_a_generated_mesh_comes_back_bit_by_bit)
 TEST(obj_corners_may_name_texture_and_normal)
 {
     TriMesh mesh;
-    static const char *const faces[] = {"f 1 2 3", "f 1/1 2/1 3/1", "f 1/1/1 2/1/1 3/1/1",
-                                        "f 1//1 2//1 3//1"};
-    for (int i = 0; i < 4; i++) {
+    // The last four with empty fields, which are absent ones.
+    static const char *const faces[] = {"f 1 2 3",          "f 1/1 2/1 3/1", "f 1/1/1 2/1/1 3/1/1",
+                                        "f 1//1 2//1 3//1", "f 1// 2// 3//", "f 1/1/ 2/1/ 3/1/",
+                                        "f 1/ 2/ 3/",       "f 1 2// 3/1"};
+    for (int i = 0; i < 8; i++) {
         char text[128];
         snprintf(text, sizeof text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n%s\n", faces[i]);
         import_text(text, &mesh);
         assert_int_equal(mesh.triangle_count, 1);
         expect_corners(&mesh, 0, 0, 1, 2);
-        assert_int_equal(mesh.uv != NULL, i == 1 || i == 2);
+        assert_int_equal(mesh.uv != NULL, i == 1 || i == 2 || i == 5);
         mesh_destroy(&mesh);
     }
 }
@@ -194,9 +196,9 @@ TEST(obj_faults_name_file_and_line)
         {"f 1 2 -5", ":5: vertex index -5 with only 4 vertices before it"},
         {"f 1 2 \\\n -5", ":6: vertex index -5 with only 4 vertices before it"},
         {"f 1 2 3.5", ":5: '3.5' is not a corner v, v/vt or v/vt/vn"},
-        {"f 1 2 3/", ":5: '3/' is not a corner v, v/vt or v/vt/vn"},
-        {"f 1 2 3//", ":5: '3//' is not a corner v, v/vt or v/vt/vn"},
-        {"f 1 2 3/1/", ":5: '3/1/' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 /3", ":5: '/3' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3///", ":5: '3///' is not a corner v, v/vt or v/vt/vn"},
+        {"f 1 2 3/x", ":5: '3/x' is not a corner v, v/vt or v/vt/vn"},
         {"f 1 2 3/1/1/1", ":5: '3/1/1/1' is not a corner v, v/vt or v/vt/vn"},
         {"f 1 2 99999999999999999999",
          ":5: '99999999999999999999' is not a corner v, v/vt or v/vt/vn"},
