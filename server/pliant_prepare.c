@@ -222,8 +222,9 @@ static int repair(const PrepareArguments *arguments)
     Status status = {0};
     TriMesh mesh;
     MeshImport import;
+    const MeshMending mending = {.miscounted = true};
     // Import repairs it; the result goes to a new file.
-    if (mesh_import(arguments->file[0], &mesh, &import, &status)) {
+    if (mesh_import_mending(arguments->file[0], &mending, &mesh, &import, &status)) {
         char repairs[512];
         FILE *out = open_new(arguments->output, &status);
         mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
@@ -232,6 +233,8 @@ static int repair(const PrepareArguments *arguments)
         if (out != NULL && close_new(out, arguments->output, &status))
             printf("%s: %d nodes, %d triangles; repairs: %s\n", arguments->output, mesh.node_count,
                    mesh.triangle_count, repairs[0] != '\0' ? repairs : "none");
+        if (import.remarks[0] != '\0')
+            printf("%s: note: %s\n", arguments->file[0], import.remarks);
         mesh_destroy(&mesh);
     }
     return arguments_exit(&status);

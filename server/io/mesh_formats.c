@@ -420,23 +420,56 @@ size_t stl_binary_size(size_t triangles)
     return HEADER_SIZE + RECORD_SIZE * triangles;
 }
 
-bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status)
+size_t stl_binary_held(const FileBytes *file)
 {
-    size_t count = stl_binary_count(file);
+    return file->size < HEADER_SIZE ? 0 : (file->size - HEADER_SIZE) / RECORD_SIZE;
+}
+
+// Returns a vector of record t, which has a normal, three corners of three floats each, and two
+// bytes of attributes; 0: the normal.
+static Vec3 stl_vector(const FileBytes *file, size_t t, int which)
+{
+    const char *at = file->bytes + stl_binary_size(t) + 12 * which;
+    float x[3];
+    for (int k = 0; k < 3; k++) {
+        uint32_t bits = little_endian(at + 4 * k);
+        memcpy(&x[k], &bits, sizeof bits);
+    }
+    return vec3((double)x[0], (double)x[1], (double)x[2]);
+}
+
+// True for a record with an area whose normal is 0 or of length 1, to a hundredth: single precision
+// is better, and other bytes hardly ever are. That it is at right angles to the edges says less:
+// numbers of very different sizes often are.
+static bool is_likely(const FileBytes *file, size_t t)
+{
+    const Vec3 x = stl_vector(file, t, 1), n = stl_vector(file, t, 0);
+    const Vec3 a = vec3_sub(stl_vector(file, t, 2), x), b = vec3_sub(stl_vector(file, t, 3), x);
+    const double length = vec3_length(n);
+    if (!(vec3_length(vec3_cross(a, b)) > 0.0) || !vec3_finite(vec3_cross(a, b)))
+        return false;
+    return length == 0.0 || fabs(length - 1.0) < 0.01;
+}
+
+bool stl_binary_likely(const FileBytes *file, size_t first)
+{
+    // A few suffice, and some may be degenerate.
+    const size_t held = stl_binary_held(file), end = held - first > 8 ? first + 8 : held;
+    size_t likely = 0;
+    for (size_t t = first; t < end; t++)
+        likely += is_likely(file, t);
+    return first < held && 2 * likely >= end - first;
+}
+
+bool stl_read_binary(const FileBytes *file, size_t count, MeshDraft *draft, Status *status)
+{
     if (count == 0)
         return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
     // Three nodes a triangle: joining them is the repair's work.
     for (size_t t = 0; t < count; t++) {
-        // A record has a normal, three corners of three floats each, and two bytes of attributes.
-        const char *record = file->bytes + stl_binary_size(t);
         for (int c = 1; c <= 3; c++) {
-            float x[3];
-            for (int k = 0; k < 3; k++) {
-                uint32_t bits = little_endian(record + 12 * c + 4 * k);
-                memcpy(&x[k], &bits, sizeof bits);
-            }
             mesh_draft_add_corner(draft, draft->node_count, -1);
-            mesh_draft_add_node(draft, vec3((double)x[0], (double)x[1], (double)x[2]));
+            mesh_draft_add_node(draft, stl_vector(file, t, c));
         }
         mesh_draft_end_polygon(draft, 0);
     }

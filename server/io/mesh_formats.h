@@ -79,12 +79,17 @@ bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Stat
 // STL, ASCII and binary.
 // Each adds triangles to a draft, three nodes per triangle, or fails with file and line.
 bool stl_read_ascii(const FileBytes *file, MeshDraft *draft, Status *status);
-// The file's size must be stl_binary_size(stl_binary_count(file)).
-bool stl_read_binary(const FileBytes *file, MeshDraft *draft, Status *status);
+// Reads the first `count` triangles of a file of at least stl_binary_size(count) bytes.
+bool stl_read_binary(const FileBytes *file, size_t count, MeshDraft *draft, Status *status);
 
 // Return the number of triangles that a binary STL announces (0 if the file is shorter than a
-// header), and the file size [bytes] of that many.
+// header), the number of whole ones that follow the header, and the file size [bytes] of so many.
 size_t stl_binary_count(const FileBytes *file);
+size_t stl_binary_held(const FileBytes *file);
 size_t stl_binary_size(size_t triangles);
+// True if most of the first records from `first` on, below stl_binary_held, are triangles with the
+// normals that writers give them: what tells an STL of another size than its count from other
+// files.
+bool stl_binary_likely(const FileBytes *file, size_t first);
 
 #endif

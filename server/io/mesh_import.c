@@ -10,6 +10,8 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <math.h>
+#include <stdarg.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -115,8 +117,50 @@ static bool refuse_binary(const FileBytes *file, size_t triangles, Status *statu
                        file->path, triangles, stl_binary_size(triangles), file->size);
 }
 
-static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, Status *status)
+static void add_remark(MeshImport *import, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void add_remark(MeshImport *import, const char *format, ...)
 {
+    const size_t size = sizeof import->remarks, used = strlen(import->remarks);
+    va_list list;
+    va_start(list, format);
+    // What does not fit is cut off: the first remarks matter most.
+    int more = used > 0 ? snprintf(import->remarks + used, size - used, "; ") : 0;
+    if (used + (size_t)more < size)
+        vsnprintf(import->remarks + used + more, size - used - (size_t)more, format, list);
+    va_end(list);
+}
+
+// Reads what is no text: a binary STL with bytes behind its triangles, or with a count that cannot
+// be right. Nothing says which of both numbers is wrong, so only a user may choose.
+static bool read_miscounted(const FileBytes *file, bool mends, MeshDraft *draft, MeshImport *import,
+                            Status *status)
+{
+    const size_t count = stl_binary_count(file), held = stl_binary_held(file);
+    // A count beyond any file is no count, but all bits are what writers leave that never return.
+    const bool counts = stl_binary_size(count) <= LARGEST_FILE || count == UINT32_MAX;
+    if (!counts || !stl_binary_likely(file, 0))
+        return refuse_binary(file, count, status);
+    if (count > 0 && count <= held && !stl_binary_likely(file, count)) {
+        add_remark(import, "%zu bytes behind the %zu triangles of the STL are not read",
+                   file->size - stl_binary_size(count), count);
+        return stl_read_binary(file, count, draft, status);
+    }
+    if (!mends)
+        return status_fail(status, STATUS_INVALID,
+                           "%s: binary STL whose header announces %zu triangles, while its %zu "
+                           "bytes hold %zu; pliant-prepare --repair FILE -o NEW.off takes those "
+                           "that it holds",
+                           file->path, count, file->size, held);
+    add_remark(import, "%zu triangles are taken, as the file holds, not %zu, as its header says",
+               held, count);
+    return stl_read_binary(file, held, draft, status);
+}
+
+static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *draft,
+                       MeshImport *import, Status *status)
+{
+    const char **format = &import->format;
     // By content: PLY has a magic word, a binary STL the right size.
     if (ply_is(file))
         return ply_read(file, draft, format, status);
@@ -125,12 +169,12 @@ static bool read_draft(FileBytes *file, MeshDraft *draft, const char **format, S
     size_t count = stl_binary_count(file);
     *format = "binary STL";
     if (file->size == stl_binary_size(count))
-        return stl_read_binary(file, draft, status);
+        return stl_read_binary(file, count, draft, status);
     // What is left are texts, whose last bytes some programs fill with zeros.
     const FileBytes whole = *file;
     drop_final_zeros(file);
     if (memchr(file->bytes, 0, file->size) != NULL)
-        return refuse_binary(&whole, count, status);
+        return read_miscounted(&whole, mending->miscounted, draft, import, status);
     normalize_text(file);
     // Of the texts STL and OFF begin with a word; anything else must be OBJ.
     if (starts_with_solid(file)) {
@@ -162,6 +206,12 @@ static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh,
 
 bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status)
 {
+    return mesh_import_mending(path, &(MeshMending){0}, mesh, import, status);
+}
+
+bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *mesh,
+                         MeshImport *import, Status *status)
+{
     FileBytes file;
     *import = (MeshImport){0};
     if (!read_file(path, &file, status))
@@ -169,7 +219,7 @@ bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *st
     // Everything into a draft first, which the repairs turn into a mesh.
     MeshDraft draft = {0};
     Status said = {0};
-    bool ok = read_draft(&file, &draft, &import->format, &said);
+    bool ok = read_draft(&file, mending, &draft, import, &said);
     // A draft that is full has refused the rest in silence.
     if (draft.full)
         ok = status_fail(status, STATUS_INVALID, "%s: more than %d nodes, corners or faces", path,

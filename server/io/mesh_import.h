@@ -14,12 +14,20 @@ typedef struct MeshImport {
     const char *format; // "binary STL"
     int node_count, face_count;
     MeshRepairs repairs;
+    char remarks[512]; // what a user must know, apart by "; ", or ""
 } MeshImport;
+
+// What is taken in spite of a fault, by request only.
+typedef struct MeshMending {
+    bool miscounted; // a binary STL: the triangles that its size holds, not those it announces
+} MeshMending;
 
 // Reads a mesh and makes it fit for simulation (geometry/mesh_repair.h): nodes in the order of the
 // file, not scaled. Errors are one sentence that names the file and its line or element; faces and
 // nodes count from 0 in the order of the file.
 bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status);
+bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *mesh,
+                         MeshImport *import, Status *status);
 
 // --- units ---------------------------------------------------------------------------------------
 

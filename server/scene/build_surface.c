@@ -35,6 +35,8 @@ bool body_mesh_import(const char *file, double scale, Vec3 rotation, Vec3 transl
     mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
     if (repairs[0] != '\0')
         log_line(LOG_INFO, "%s: %s", file, repairs);
+    if (import.remarks[0] != '\0')
+        log_line(LOG_WARNING, "%s: %s", file, import.remarks);
     mesh_place(mesh, scale, rotation, translation);
     return body_mesh_check_extent(file, scale, mesh, status);
 }

@@ -27,6 +27,8 @@ static void print_source(const MeshImport *import, FILE *out)
     fprintf(out, "  file: %s, %d nodes, %d faces\n", import->format, import->node_count,
             import->face_count);
     fprintf(out, "  repairs: %s\n", repairs[0] != '\0' ? repairs : "none");
+    if (import->remarks[0] != '\0')
+        fprintf(out, "  note: %s\n", import->remarks);
 }
 
 static void print_components(const MeshQuality *quality, FILE *out)

@@ -404,6 +404,77 @@ TEST(binary_stl_faults_name_file_and_triangle)
     free(bytes);
 }
 
+// A tetrahedron with the normals of most writers (0, or of length 1), and `more` bytes behind it.
+static unsigned char *make_solid(bool normals, size_t more, size_t *size)
+{
+    static const float x[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    static const int face[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    const float s = 0.57735027f, normal[4][3] = {{0, 0, -1}, {0, -1, 0}, {s, s, s}, {-1, 0, 0}};
+    *size = 84 + 4 * 50 + more;
+    unsigned char *bytes = zeroed(1, *size);
+    bytes[80] = 4;
+    for (int t = 0; t < 4; t++) {
+        if (normals)
+            memcpy(bytes + 84 + 50 * t, normal[t], sizeof *normal);
+        for (int c = 0; c < 3; c++)
+            memcpy(bytes + 96 + 50 * t + 12 * c, x[face[t][c]], sizeof *x);
+    }
+    return bytes;
+}
+
+TEST(bytes_behind_the_triangles_of_a_binary_stl_are_counted_and_not_read)
+{
+    // Fewer than a triangle, as many as one, many; zeros, text, a table of numbers.
+    static const size_t more[] = {1, 2, 49, 50, 51, 600, 70000};
+    for (size_t i = 0; i < sizeof more / sizeof *more; i++)
+        for (int kind = 0; kind < 3; kind++) {
+            SCOPED(mesh_destroy) TriMesh mesh;
+            MeshImport import;
+            Status status = {0};
+            size_t size;
+            FREED unsigned char *bytes = make_solid(kind != 1, more[i], &size);
+            for (size_t k = 0; k < more[i]; k++) {
+                const size_t kinds[3] = {0, (size_t) "made by us "[k % 11], 7 * k};
+                bytes[284 + k] = (unsigned char)kinds[kind];
+            }
+            write_bytes(bytes, size);
+            expect_ok(mesh_import(path, &mesh, &import, &status), status);
+            assert_int_equal(mesh.triangle_count, 4);
+            char said[96];
+            snprintf(said, sizeof said, "%zu bytes behind the 4 triangles of the STL are not read",
+                     more[i]);
+            assert_string_equal(import.remarks, said);
+        }
+}
+
+TEST(a_count_that_the_size_contradicts_is_refused_unless_the_size_is_to_decide)
+{
+    // Too many, too few, never filled in; sizes with half a record more.
+    static const uint32_t counts[] = {0, 1, 3, 5, 300, 1 << 20, UINT32_MAX};
+    for (size_t i = 0; i < 2 * sizeof counts / sizeof *counts; i++) {
+        SCOPED(mesh_destroy) TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        size_t size;
+        char said[256];
+        const uint32_t count = counts[i / 2];
+        FREED unsigned char *bytes = make_solid(i % 2 == 0, i % 2 * 25, &size);
+        memcpy(bytes + 80, &count, sizeof count);
+        write_bytes(bytes, size);
+        snprintf(said, sizeof said,
+                 ": binary STL whose header announces %u triangles, while its %zu bytes hold 4; "
+                 "pliant-prepare --repair FILE -o NEW.off takes those that it holds",
+                 count, size);
+        expect_error(said);
+        const MeshMending mending = {.miscounted = true};
+        expect_ok(mesh_import_mending(path, &mending, &mesh, &import, &status), status);
+        assert_int_equal(mesh.triangle_count, 4);
+        snprintf(said, sizeof said,
+                 "4 triangles are taken, as the file holds, not %u, as its header says", count);
+        assert_string_equal(import.remarks, said);
+    }
+}
+
 // --- any file ---
 
 TEST(what_is_no_file_is_refused)
