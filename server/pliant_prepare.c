@@ -20,6 +20,7 @@ typedef struct PrepareArguments {
     int file_count;
     const char *output;
     double scale; // 0: not given
+    double weld;  // of a repair [units of the file]; 0: not given
     int model;    // SceneModel to propose; -1: the better one
     bool check, propose, repair;
 } PrepareArguments;
@@ -64,6 +65,9 @@ static const ArgumentRow ROWS[] = {
     {"repair", 0, ARGUMENT_FLAG, NULL, AT(repair),
      .help = "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other "
              "programs"},
+    {"weld", 0, ARGUMENT_NUMBER, "D", AT(weld), 0.0, 1e90, .open = true, // as meshes measure
+     .help = "With --repair: join borders that run beside each other, at most D units of the file "
+             "apart"},
     {"units", 0, ARGUMENT_OTHER, "U", .handler = take_units,
      .help = "Units of the mesh files: m, dm, cm, mm or um; without it, and without --scale, they "
              "are guessed from the file's first lines or the size"},
@@ -94,6 +98,8 @@ static bool check_together(void *target, Status *why)
         return status_fail(why, STATUS_INVALID,
                            "--scale goes with --check or --propose, as --units does: a scene has "
                            "its own");
+    if (!a->repair && a->weld > 0.0)
+        return status_fail(why, STATUS_INVALID, "--weld goes with --repair");
     if (!a->propose && a->model >= 0)
         return status_fail(why, STATUS_INVALID, "--model goes with --propose");
     if (a->output != NULL && a->file_count > 1)
@@ -222,7 +228,7 @@ static int repair(const PrepareArguments *arguments)
     Status status = {0};
     TriMesh mesh;
     MeshImport import;
-    const MeshMending mending = {.miscounted = true};
+    const MeshMending mending = {.weld = arguments->weld, .miscounted = true};
     // Import repairs it; the result goes to a new file.
     if (mesh_import_mending(arguments->file[0], &mending, &mesh, &import, &status)) {
         char repairs[512];

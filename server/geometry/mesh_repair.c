@@ -319,18 +319,27 @@ static void repair_destroy(Repair *repair)
     free(repair->kept);
 }
 
+// How a run welds: all equal nodes, or only where that closes a gap; and whether it joins borders
+// that are one but for rounding.
+typedef struct Welding {
+    bool ties_borders, joins_seams;
+} Welding;
+
 // Runs all steps. `overfull`: the failure was an edge of more than two faces.
-static bool run(const MeshDraft *draft, bool ties_borders, TriMesh *mesh, MeshRepairs *repairs,
+static bool run(const MeshDraft *draft, Welding how, TriMesh *mesh, MeshRepairs *repairs,
                 MeshFault *fault, bool *overfull)
 {
     // Each run counts anew.
     *repairs = (MeshRepairs){0};
     *fault = (MeshFault){.node = -1, .triangle = -1};
     Repair repair = {
-        .draft = draft, .repairs = repairs, .fault = fault, .ties_borders = ties_borders};
+        .draft = draft, .repairs = repairs, .fault = fault, .ties_borders = how.ties_borders};
     repair_create(&repair, draft);
     // Polygons and edges before orientation, which walks across edges.
-    bool ok = repair_faces(&repair) && repair_edges(&repair) && repair_orientation(&repair);
+    bool ok = repair_faces(&repair);
+    if (ok && how.joins_seams)
+        repair_seams(&repair);
+    ok = ok && repair_edges(&repair) && repair_orientation(&repair);
     if (ok) {
         repair_fans(&repair);
         ok = repair_flat_faces(&repair);
@@ -359,24 +368,29 @@ bool mesh_repair(const MeshDraft *draft, TriMesh *mesh, MeshRepairs *repairs, Me
     if (!check_draft(draft, fault))
         return false;
     bool overfull, again;
-    if (run(draft, false, mesh, repairs, fault, &overfull))
+    if (run(draft, (Welding){false, true}, mesh, repairs, fault, &overfull))
         return true;
-    // Closed surfaces that touch along an edge were joined by welding: try again without.
+    // A seam may make a surface one-sided that is sound without. And closed surfaces that touch
+    // along an edge were joined by welding.
     MeshFault second;
-    if (overfull && run(draft, true, mesh, repairs, &second, &again))
-        return true;
-    return false;
+    const bool joined = repairs->joined_edges > 0;
+    return (joined && run(draft, (Welding){false, false}, mesh, repairs, &second, &again)) ||
+           (overfull && run(draft, (Welding){true, true}, mesh, repairs, &second, &again));
 }
 
 // --- summary ---
 
 void mesh_repairs_text(const MeshRepairs *repairs, char *text, size_t size)
 {
+    char edges[80];
+    snprintf(edges, sizeof edges, "border edges at most %.2g units of the file apart",
+             repairs->joined_apart);
     const struct {
         int count;
         const char *verb, *one, *many;
     } parts[] = {
         {repairs->welded_nodes, "welded", "node", "nodes"},
+        {repairs->joined_edges, "joined", "", edges},
         {repairs->merged_nodes, "merged", "node with the next", "nodes with the next"},
         {repairs->unused_nodes, "dropped", "unused node", "unused nodes"},
         {repairs->split_nodes, "split", "node in which surfaces met",

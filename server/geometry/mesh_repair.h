@@ -3,10 +3,10 @@
 // and refuses everything else with the first offending element. Load time only; does not read
 // files.
 //
-// Repairs: weld bit-equal nodes; cut polygons into triangles; drop faces of fewer than three
-// different nodes and repeated faces; remove faces whose nodes are collinear without leaving a
-// crack; turn faces to one orientation, closed surfaces outward; split nodes in which surfaces meet
-// point to point; drop nodes that no face uses.
+// Repairs: weld bit-equal nodes; join borders that are one but for rounding; cut polygons into
+// triangles; drop faces of fewer than three different nodes and repeated faces; remove faces whose
+// nodes are collinear without leaving a crack; turn faces to one orientation, closed surfaces
+// outward; split nodes in which surfaces meet point to point; drop nodes that no face uses.
 // Refusals: nodes in use that are not finite, edges of more than two faces, one-sided surfaces,
 // polygons that cross themselves.
 #ifndef PLIANT_GEOMETRY_MESH_REPAIR_H
@@ -32,6 +32,7 @@ typedef struct MeshDraft {
     int polygon_count, polygon_capacity;
     double (*uv)[2]; // [uv_count] texture coordinates
     int uv_count, uv_capacity;
+    double weld;   // borders so far apart are joined; 0: those that are one but for rounding
     bool keeps_uv; // set before the first corner by readers of formats that have uv
     bool full;     // more than MESH_COUNT_MAX of a kind were added; the rest was dropped
 } MeshDraft;
@@ -55,6 +56,10 @@ static inline int mesh_draft_start(const MeshDraft *draft, int polygon)
 // Counts of faults and repairs, in nodes and faces of the source unless noted.
 typedef struct MeshRepairs {
     int welded_nodes;     // equal to an earlier, bit-equal node
+    int joined_edges;     // border edges that ran beside each other, joined pair by pair
+    double joined_apart;  // their largest distance [units of the file]
+    int near_edges;       // border edges that would be with a larger `weld`, ...
+    double near_apart;    // ... of this
     int merged_nodes;     // merged with an adjacent node, the far end of a face without area
     int unused_nodes;     // dropped: not part of any face
     int split_nodes;      // copies made where surfaces met in a single point

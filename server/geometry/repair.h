@@ -32,6 +32,14 @@ static inline int repair_node(const Repair *repair, int node)
     return node;
 }
 
+// Makes two nodes one: the one with the lower number.
+static inline void repair_join(const Repair *repair, int a, int b)
+{
+    a = repair_node(repair, a);
+    b = repair_node(repair, b);
+    repair->kept[a > b ? a : b] = a > b ? b : a;
+}
+
 // Fills the fault and returns false; node or triangle (of repair->mesh) may be -1.
 bool repair_fail(const Repair *repair, int node, int triangle, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
@@ -41,6 +49,8 @@ void repair_compact(Repair *repair);
 // --- called in this order ---
 // repair_faces.c: welds nodes and cuts all polygons into triangles.
 bool repair_faces(Repair *repair);
+// repair_seams.c: joins borders that are one but for rounding.
+void repair_seams(Repair *repair);
 // repair_topology.c: leaves at most two faces per edge.
 bool repair_edges(Repair *repair);
 // repair_topology.c: gives each component one orientation, closed ones outward.

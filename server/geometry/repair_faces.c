@@ -413,13 +413,6 @@ static void weld_all(Repair *repair)
     mesh_find_equal(repair->draft->position, repair->draft->node_count, repair->kept);
 }
 
-static void join(Repair *repair, int a, int b)
-{
-    a = repair_node(repair, a);
-    b = repair_node(repair, b);
-    repair->kept[a > b ? a : b] = a > b ? b : a;
-}
-
 // Welds bit-equal nodes where that closes a gap: on borders, and along edges without length. Closed
 // surfaces that touch each other stay separate.
 static void weld_borders(Repair *repair)
@@ -446,7 +439,7 @@ static void weld_borders(Repair *repair)
             inside[a] = inside[b] = false;
         // An edge without length is a single node.
         if (equal[a] == equal[b])
-            join(repair, a, b);
+            repair_join(repair, a, b);
         i = end;
     }
     half_edge_destroy(&half);
@@ -459,7 +452,7 @@ static void weld_borders(Repair *repair)
         if (first[equal[i]] < 0)
             first[equal[i]] = i;
         else
-            join(repair, i, first[equal[i]]);
+            repair_join(repair, i, first[equal[i]]);
     }
     free(equal);
     free(first);

@@ -195,8 +195,15 @@ static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh,
     MeshFault fault;
     import->node_count = draft->node_count;
     import->face_count = draft->polygon_count;
-    if (mesh_repair(draft, mesh, &import->repairs, &fault))
+    if (mesh_repair(draft, mesh, &import->repairs, &fault)) {
+        const MeshRepairs *repairs = &import->repairs;
+        if (repairs->near_edges > 0)
+            add_remark(import,
+                       "%d border edges lie side by side, at most %.2g units of the file apart; "
+                       "pliant-prepare --repair FILE --weld %.2g -o NEW.off joins them",
+                       repairs->near_edges, repairs->near_apart, 1.05 * repairs->near_apart);
         return true;
+    }
     // The line of the faulty face, where the format has lines.
     int line = fault.triangle >= 0 ? draft->line[fault.triangle] : 0;
     if (line > 0)
@@ -217,7 +224,7 @@ bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *
     if (!read_file(path, &file, status))
         return false;
     // Everything into a draft first, which the repairs turn into a mesh.
-    MeshDraft draft = {0};
+    MeshDraft draft = {.weld = mending->weld};
     Status said = {0};
     bool ok = read_draft(&file, mending, &draft, import, &said);
     // A draft that is full has refused the rest in silence.

@@ -19,6 +19,7 @@ typedef struct MeshImport {
 
 // What is taken in spite of a fault, by request only.
 typedef struct MeshMending {
+    double weld;     // joins borders so far apart [units of the file]; 0: not more than rounding
     bool miscounted; // a binary STL: the triangles that its size holds, not those it announces
 } MeshMending;
 

@@ -279,6 +279,23 @@ TEST(a_repaired_mesh_is_written_for_other_programs_and_read_back)
     expect_refusal(&result, 2, "repaired.off: File exists");
 }
 
+TEST(a_slit_is_reported_with_the_command_that_joins_it)
+{
+    // A tube whose seam is open by 0.1 of 50: three quads, six border edges of which two are near.
+    Process result;
+    write_file("slit.obj", "v 0 0 0\nv 50 0 0\nv 0 50 0\nv 0 0 30\nv 50 0 30\nv 0 50 30\n"
+                           "v 0.1 0 0\nv 0.1 0 30\n"
+                           "f 1 2 5 4\nf 2 3 6 5\nf 3 7 8 6\n");
+    run(&result, "--check --units mm slit.obj");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result,
+                   "  note: 2 border edges lie side by side, at most 0.1 units of the file apart; "
+                   "pliant-prepare --repair FILE --weld 0.11 -o NEW.off joins them\n");
+    run(&result, "--repair slit.obj --weld 0.11 -o joined.off");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result, "joined 2 border edges at most 0.1 units of the file apart");
+}
+
 TEST(bad_usage_exits_2_with_one_line)
 {
     static const char *const cases[][2] = {
@@ -298,6 +315,7 @@ TEST(bad_usage_exits_2_with_one_line)
         {"--repair --propose cube.obj -o a.cfg", "needs either --check"},
         {"--repair --units mm cube.obj -o a.off", "--scale goes with --check or --propose"},
         {"--propose --model tube cube.obj -o a.cfg", "--model 'tube' is neither"},
+        {"--check --weld 1 cube.obj", "--weld goes with --repair"},
         {"--check --scale nan cube.obj", "--scale 'nan'"},
         {"--check --scale -1 cube.obj", "--scale '-1'"},
         {"--check cube.obj --scale", "--scale"},
