@@ -49,6 +49,8 @@ void repair_compact(Repair *repair);
 // --- called in this order ---
 // repair_faces.c: welds nodes and cuts all polygons into triangles.
 bool repair_faces(Repair *repair);
+// repair_topology.c, called by repair_faces: turns diagonals along which several polygons were cut.
+void repair_diagonals(Repair *repair);
 // repair_seams.c: joins borders that are one but for rounding.
 void repair_seams(Repair *repair);
 // repair_topology.c: leaves at most two faces per edge.

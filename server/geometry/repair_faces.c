@@ -474,6 +474,8 @@ bool repair_faces(Repair *repair)
     if (!cut_polygons(repair))
         return false;
     drop_degenerate(repair);
+    if (repair->repairs->polygons > 0)
+        repair_diagonals(repair);
     drop_duplicates(repair);
     // Welded borders may collapse faces or make them equal.
     if (repair->ties_borders) {

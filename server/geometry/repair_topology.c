@@ -8,8 +8,10 @@
 #include <string.h>
 
 // --- edges ---
-// Edges of more than two faces. A face without area that merely lies along edges of others is
-// removed; any other such edge is refused, because nothing says which of its faces belong together.
+// Edges of more than two faces. Where polygons share two edges and were cut along the same
+// diagonal, one is cut along the other (`repair_diagonals`). A face without area that merely lies
+// along edges of others is removed; any other such edge is refused, because nothing says which of
+// its faces belong together.
 
 // The number of faces at the edge of each half-edge: count[group[h]].
 typedef struct EdgeFaces {
@@ -40,6 +42,114 @@ static bool is_overfull(const HalfEdges *half, const TriMesh *mesh)
         i = end;
     }
     return false;
+}
+
+// Returns the number of faces at the edge between two nodes.
+static int faces_between(const HalfEdges *half, const TriMesh *mesh, int a, int b)
+{
+    const int small = a < b ? a : b, large = a < b ? b : a;
+    int low = 0, high = half->count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2, h = half->order[middle];
+        const int from = half_edge_from(mesh, h), to = half_edge_to(mesh, h);
+        const int s = from < to ? from : to, l = from < to ? to : from;
+        if (s < small || (s == small && l < large))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low == half->count)
+        return 0;
+    const int h = half->order[low], from = half_edge_from(mesh, h), to = half_edge_to(mesh, h);
+    const bool found = (from == a && to == b) || (from == b && to == a);
+    return found ? half_edge_group_end(half, mesh, low) - low : 0;
+}
+
+static Vec3 normal_of(const TriMesh *mesh, int a, int b, int c)
+{
+    const Vec3 *x = mesh->position;
+    return vec3_cross(vec3_sub(x[b], x[a]), vec3_sub(x[c], x[a]));
+}
+
+// True if the other diagonal of the two triangles at half-edges h and g makes two with an area and
+// the same side, and is new, and if no other edge of theirs has too many faces: then it is not the
+// diagonal that is to blame, but a polygon that is there twice.
+static bool may_turn(const HalfEdges *half, const TriMesh *mesh, int h, int g)
+{
+    const int a = half_edge_from(mesh, h), b = half_edge_to(mesh, h);
+    const int c = half_edge_from(mesh, half_edge_previous(h));
+    const int d = half_edge_from(mesh, half_edge_previous(g));
+    const int outer[4][2] = {{a, c}, {c, b}, {b, d}, {d, a}};
+    for (int k = 0; k < 4; k++)
+        if (faces_between(half, mesh, outer[k][0], outer[k][1]) > 2)
+            return false;
+    const Vec3 side = vec3_add(normal_of(mesh, a, b, c), normal_of(mesh, b, a, d));
+    return c != d && faces_between(half, mesh, c, d) == 0 &&
+           vec3_dot(normal_of(mesh, c, a, d), side) > 0.0 &&
+           vec3_dot(normal_of(mesh, d, b, c), side) > 0.0 &&
+           mesh_relative_height(mesh->position, (const int[3]){c, a, d}) > MESH_SMALLEST_HEIGHT &&
+           mesh_relative_height(mesh->position, (const int[3]){d, b, c}) > MESH_SMALLEST_HEIGHT;
+}
+
+// Makes a b c and b a d to c a d and d b c, in the mesh and in what leads to the draft.
+static void turn_diagonal(Repair *repair, int h, int g)
+{
+    int(*const of[2])[3] = {repair->mesh.triangle, repair->corner};
+    for (int k = 0; k < 2; k++) {
+        int *p = of[k][h / 3], *q = of[k][g / 3];
+        const int a = p[h % 3], b = p[(h + 1) % 3], c = p[(h + 2) % 3], d = q[(g + 2) % 3];
+        memcpy(p, (const int[3]){c, a, d}, 3 * sizeof *p);
+        memcpy(q, (const int[3]){d, b, c}, 3 * sizeof *q);
+    }
+}
+
+// Finds a diagonal among the half-edges of an edge; the two halves of a diagonal are of one
+// polygon. Returns its index in their order, -1: there is none, or its triangles are taken.
+static int find_diagonal(const Repair *repair, const HalfEdges *half, int first, int end,
+                         const bool *taken)
+{
+    const TriMesh *mesh = &repair->mesh;
+    for (int i = first; i + 1 < end; i++) {
+        const int h = half->order[i], g = half->order[i + 1];
+        if (repair->polygon[h / 3] == repair->polygon[g / 3] && !taken[h / 3] && !taken[g / 3] &&
+            half_edge_from(mesh, h) == half_edge_to(mesh, g) && may_turn(half, mesh, h, g))
+            return i;
+    }
+    return -1;
+}
+
+// Turns a diagonal at each edge of too many faces; returns how many were turned.
+static int turn_diagonals(Repair *repair)
+{
+    TriMesh *mesh = &repair->mesh;
+    HalfEdges half;
+    half_edge_create(&half, mesh);
+    bool *taken = calloc((size_t)mesh->triangle_count + 1, sizeof *taken);
+    int *turn = malloc(((size_t)half.count + 1) * sizeof *turn), count = 0;
+    ASSERT(taken != NULL && turn != NULL);
+    // All are found before the first is turned, since the order of half-edges is that of now.
+    for (int i = 0; i < half.count;) {
+        const int end = half_edge_group_end(&half, mesh, i);
+        const int at = end - i > 2 ? find_diagonal(repair, &half, i, end, taken) : -1;
+        if (at >= 0) {
+            taken[half.order[at] / 3] = taken[half.order[at + 1] / 3] = true;
+            turn[count++] = at;
+        }
+        i = end;
+    }
+    for (int k = 0; k < count; k++)
+        turn_diagonal(repair, half.order[turn[k]], half.order[turn[k] + 1]);
+    half_edge_destroy(&half);
+    free(taken);
+    free(turn);
+    return count;
+}
+
+void repair_diagonals(Repair *repair)
+{
+    // A turned one may lie along another: a few rounds, and what is left is refused.
+    for (int round = 0; round < 4 && turn_diagonals(repair) > 0; round++)
+        continue;
 }
 
 static void drop_flat_fins(Repair *repair, const HalfEdges *half)

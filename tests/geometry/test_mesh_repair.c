@@ -445,6 +445,44 @@ TEST(a_mesh_of_nothing_is_refused)
     expect_refusal(&fold, -1, "the mesh has no face with an area");
 }
 
+TEST(polygons_that_share_two_edges_are_cut_along_different_diagonals)
+{
+    // Node 0 belongs to two faces only, which have both of its edges, and the shorter diagonal too.
+    // Above the square 1 2 3 4 a tent of quads or, with `more`, a quad and a pentagon.
+    for (int more = 0; more < 2; more++)
+        for (int turn = 0; turn < 4; turn++) {
+            const Vec3 x[7] = {{0, 0, 0},     {0, 10, 50},  {40, 70, 30}, {0, 60, -10},
+                               {-40, 70, 30}, {0, 120, 20}, {-30, 20, 45}};
+            const int quad[2][5] = {{0, 1, 2, 3, -1}, {4, 1, 0, 3, -1}};
+            MeshDraft draft = {0};
+            add_nodes(&draft, x, 6 + more);
+            for (int f = 0; f < 2; f++) {
+                for (int k = 0; k < 4; k++) {
+                    const int node = quad[f][(k + turn) % 4];
+                    mesh_draft_add_corner(&draft, node, -1);
+                    if (more && f == 1 && node == 4)
+                        mesh_draft_add_corner(&draft, 6, -1);
+                }
+                mesh_draft_end_polygon(&draft, 0);
+            }
+            FACE(&draft, 2, 1, 5);
+            FACE(&draft, 3, 2, 5);
+            FACE(&draft, 4, 3, 5);
+            if (more) {
+                FACE(&draft, 1, 6, 5);
+                FACE(&draft, 6, 4, 5);
+            } else {
+                FACE(&draft, 1, 4, 5);
+            }
+            SCOPED(result_destroy) Result result = repair(&draft);
+            assert_int_equal(result.mesh.node_count, 6 + more);
+            assert_int_equal(result.quality.border_loops, 0);
+            assert_int_equal(result.quality.component_count, 1);
+            assert_int_equal(result.quality.component[0].genus, 0);
+            assert_int_equal(result.repairs.duplicate_faces, 0);
+        }
+}
+
 TEST(a_polygon_that_crosses_itself_is_refused)
 {
     MeshDraft draft = {0};
