@@ -348,6 +348,10 @@ static void judge_wall(const Proposals *all, Verdict *verdict)
     // Explicit steps if a tick has time for them, else implicit ones.
     if (all->subject.volume) {
         say(verdict, false, "labels say what is inside, not where a wall is");
+    } else if (all->triangles > 1 && 2 * all->loose > all->triangles) {
+        say(verdict, false,
+            "nothing holds it together: %d of its %d triangles share no edge with another",
+            all->loose, all->triangles);
     } else if (!build(&verdict->proposal, &built, &said)) {
         judge_implicit(all, NULL, &said, verdict);
     } else if (built.tick_s > COST_BUDGET) {
@@ -472,6 +476,9 @@ static bool look_at_mesh(Proposals *all, Status *status)
         MeshQuality quality;
         mesh_quality_measure(&mesh, &quality);
         all->components = quality.component_count;
+        all->triangles = mesh.triangle_count;
+        for (int i = 0; i < quality.component_count; i++)
+            all->loose += quality.component[i].triangle_count == 1;
         all->shortest = quality.edge_min;
         all->volume = quality.border_loops == 0 ? quality.volume : 0.0;
         all->subject.box = quality.box;

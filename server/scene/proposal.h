@@ -41,6 +41,7 @@ enum { PROPOSAL_MODELS = 2 };
 typedef struct Proposals {
     Proposal subject;                 // common to all of the following
     int components;                   // of a mesh: surfaces that share no edge
+    int triangles, loose;             // of a mesh, and those that share no edge with another
     double shortest;                  // of a mesh: edge [m]
     double volume;                    // enclosed by a mesh [m3]; 0: it has borders
     Verdict verdict[PROPOSAL_MODELS]; // by SceneModel

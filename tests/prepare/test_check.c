@@ -258,6 +258,45 @@ TEST(what_can_be_neither_is_reported_and_exits_2)
 }
 #endif
 
+#ifdef PLIANT_WITH_SURFACE
+// `count` triangles of which `joined` share an edge with the next.
+static void write_loose(const char *name, int count, int joined)
+{
+    FILE *file = fopen(scratch(name), "w");
+    assert_non_null(file);
+    fprintf(file, "OFF\n%d %d 0\n", 4 * count, count + joined);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "%d 0 %d\n%d 0 %d\n%d 7 %d\n%d 9 %d\n", 9 * i, i % 7, 9 * i + 8, i % 7, 9 * i,
+                i % 5, 9 * i + 8, i % 3);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "3 %d %d %d\n", 4 * i, 4 * i + 1, 4 * i + 2);
+    for (int i = 0; i < joined; i++)
+        fprintf(file, "3 %d %d %d\n", 4 * i + 1, 4 * i + 3, 4 * i + 2);
+    fclose(file);
+}
+
+TEST(triangles_that_share_nothing_are_no_wall)
+{
+    // All of them; most of them; and a sheet of two for each that is alone.
+    static const struct {
+        int count, joined, code;
+        const char *says;
+    } cases[] = {{60, 0, 2, "nothing holds it together: 60 of its 60 triangles share no edge with"},
+                 {60, 10, 2, "nothing holds it together: 50 of its 70 triangles share no edge"},
+                 {60, 30, 0, "as a wall: yes, "},
+                 {1, 0, 0, "as a wall: yes, "}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Process result;
+        write_loose("loose.off", cases[i].count, cases[i].joined);
+        run(&result, "--check --units mm loose.off");
+        assert_int_equal(result.code, cases[i].code);
+        expect_printed(&result, cases[i].says);
+        expect_printed(&result,
+                       cases[i].code == 0 ? "loose.off: usable\n" : "loose.off: not usable\n");
+    }
+}
+#endif
+
 TEST(a_repaired_mesh_is_written_for_other_programs_and_read_back)
 {
     Process result, before, after;
