@@ -22,6 +22,43 @@
 // Lines, nodes and triangles of a file up to this size all fit an int.
 static const size_t LARGEST_FILE = INT_MAX;
 
+// --- the first lines -----------------------------------------------------------------------------
+
+enum { START = 1000 }; // [bytes] where a file states its frame and unit
+
+// Reads the beginning of a file, as text.
+static void read_start(const char *path, char text[START + 1])
+{
+    FILE *file = fopen(path, "rb");
+    size_t size = file != NULL ? fread(text, 1, START, file) : 0;
+    if (file != NULL)
+        fclose(file);
+    for (size_t i = 0; i < size; i++)
+        text[i] = text[i] == '\0' ? ' ' : text[i];
+    text[size] = '\0';
+}
+
+typedef enum MeshFrame { FRAME_UNSTATED, FRAME_LPS, FRAME_RAS } MeshFrame;
+
+static MeshFrame frame_of(const char *start, size_t size)
+{
+    size = size < START ? size : START;
+    if (memmem(start, size, "SPACE=RAS", 9) != NULL)
+        return FRAME_RAS;
+    return memmem(start, size, "SPACE=LPS", 9) != NULL ? FRAME_LPS : FRAME_UNSTATED;
+}
+
+const char *mesh_frame(const char *path)
+{
+    static const char *const says[] = {"states no frame", "states LPS",
+                                       "states RAS and was turned to LPS"};
+    char text[START + 1];
+    read_start(path, text);
+    return says[frame_of(text, strlen(text))];
+}
+
+// --- the file ------------------------------------------------------------------------------------
+
 static bool read_bytes(int descriptor, FileBytes *file, Status *status)
 {
     size_t have = 0;
@@ -189,6 +226,18 @@ static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *d
     return obj_read(file, draft, status);
 }
 
+// Turns by 180 degrees about z, which changes no digit.
+static void turn_to_lps(MeshDraft *draft, MeshImport *import)
+{
+    for (int i = 0; i < draft->node_count; i++) {
+        draft->position[i].x = -draft->position[i].x;
+        draft->position[i].y = -draft->position[i].y;
+    }
+    add_remark(import,
+               "its first lines state SPACE=RAS: turned to LPS, the frame of label volumes, "
+               "by 180 degrees about z");
+}
+
 static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh, MeshImport *import,
                    Status *status)
 {
@@ -233,6 +282,8 @@ bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *
                          MESH_COUNT_MAX);
     else if (!ok)
         status_fail(status, said.code, "%s", said.text);
+    if (ok && frame_of(file.bytes, file.size) == FRAME_RAS)
+        turn_to_lps(&draft, import);
     ok = ok && repair(&file, &draft, mesh, import, status);
     mesh_draft_destroy(&draft);
     free(file.bytes);
@@ -307,18 +358,11 @@ static int unit_of_word(const char *at)
 // exports in millimetres. -1: nothing found.
 static int unit_in_file(const char *path, const char **says)
 {
-    // The first thousand bytes, as text.
-    char text[1001] = "";
-    FILE *file = fopen(path, "rb");
-    size_t size = file != NULL ? fread(text, 1, sizeof text - 1, file) : 0;
-    if (file != NULL)
-        fclose(file);
-    for (size_t i = 0; i < size; i++)
-        text[i] = text[i] == '\0' ? ' ' : text[i];
-    text[size] = '\0';
+    char text[START + 1];
+    read_start(path, text);
     // A comment of 3D Slicer, or a word behind "unit".
     *says = "its first lines come from 3D Slicer, which writes mm";
-    if (strstr(text, "SPACE=LPS") != NULL || strstr(text, "SPACE=RAS") != NULL)
+    if (frame_of(text, strlen(text)) != FRAME_UNSTATED)
         return 3;
     *says = "its first lines say so";
     for (const char *at = text; (at = strcasestr(at, "unit")) != NULL; at++) {

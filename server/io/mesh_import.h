@@ -17,6 +17,10 @@ typedef struct MeshImport {
     char remarks[512]; // what a user must know, apart by "; ", or ""
 } MeshImport;
 
+// Returns what a mesh file says of the patient's frame in its first lines, as 3D Slicer writes it:
+// "states no frame", "states LPS", "states RAS and was turned to LPS".
+const char *mesh_frame(const char *path);
+
 // What is taken in spite of a fault, by request only.
 typedef struct MeshMending {
     double weld;     // joins borders so far apart [units of the file]; 0: not more than rounding
@@ -24,7 +28,8 @@ typedef struct MeshMending {
 } MeshMending;
 
 // Reads a mesh and makes it fit for simulation (geometry/mesh_repair.h): nodes in the order of the
-// file, not scaled. Errors are one sentence that names the file and its line or element; faces and
+// file, not scaled, in LPS as label volumes are: a file that states RAS is turned, which a remark
+// says. Errors are one sentence that names the file and its line or element; faces and
 // nodes count from 0 in the order of the file.
 bool mesh_import(const char *path, TriMesh *mesh, MeshImport *import, Status *status);
 bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *mesh,

@@ -3,7 +3,9 @@
 #include "scene/build_parts.h"
 
 #include "base/fnv.h"
+#include "base/log.h"
 #include "io/checkpoint.h"
+#include "io/mesh_import.h"
 #include "plane/plane.h"
 
 #include <stdlib.h>
@@ -107,6 +109,25 @@ static bool make_lattice(const SceneBody *described, const Prepared *prepared, b
     return ok;
 }
 
+// Warns of a skin that does not overlap the labels that it is to show: their frames may differ.
+static void warn_skin(const Scene *scene, const SceneBody *body, const Lattice *lattice,
+                      const TriMesh *skin)
+{
+    if (body->skin.kind != MESH_FILE || body->skin.file == NULL || body->voxels.kind != VOXELS_FILE)
+        return;
+    Box cells = box_empty();
+    for (int c = 0; c < 8; c++)
+        box_add(&cells,
+                lattice_point(lattice, c & 1 ? lattice->count[0] : 0, c & 2 ? lattice->count[1] : 0,
+                              c & 4 ? lattice->count[2] : 0));
+    const Box box = mesh_box(skin);
+    if (box_gap(&cells, &box) > 0.0)
+        log_line(LOG_WARNING,
+                 "%s:%d: the skin of body \"%s\" does not overlap its labels: %s %s, labels are "
+                 "read in LPS",
+                 scene->path, body->line, body->name, body->skin.file, mesh_frame(body->skin.file));
+}
+
 bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
                  const BuildOptions *options, Status *status)
 {
@@ -143,6 +164,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.tick = 1.0 / scene->sim.rate_hz;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
+        warn_skin(scene, described, &lattice, &skin);
         ok = create_voxel(world, scene, described->model, &voxel, texture, status);
     }
     free(position);

@@ -3,6 +3,7 @@
 
 #include "base/log.h"
 #include "body/body.h"
+#include "io/mesh_import.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -428,6 +429,41 @@ static bool is_held(const Scene *scene, int index, const BodyOutline *outline)
     return false;
 }
 
+// --- frames --------------------------------------------------------------------------------------
+
+// Returns the mesh file of a body that stands where its file says; NULL: it has none.
+static const char *mesh_in_place(const SceneBody *body)
+{
+    const bool cells = scene_has_cells(body), wall = !cells && body->mesh.kind == MESH_FILE;
+    const Vec3 turn = cells ? body->voxels.rotation : body->mesh.rotation;
+    const Vec3 move = cells ? body->voxels.translation : body->mesh.translation;
+    if (vec3_length(turn) > 0.0 || vec3_length(move) > 0.0)
+        return NULL;
+    return wall                                        ? body->mesh.file
+           : cells && body->voxels.kind == VOXELS_MESH ? body->voxels.file
+                                                       : NULL;
+}
+
+// Warns of a mesh that misses the body of a label volume, but would meet it turned from RAS to LPS
+// or back: bodies may well stand apart, but hardly like that.
+static int check_frames(const Subject *mesh, const Subject *volume)
+{
+    const Box box = body_outline(mesh->made).box, other = body_outline(volume->made).box;
+    const Box turned = {{-box.high[0], -box.high[1], box.low[2]},
+                        {-box.low[0], -box.low[1], box.high[2]}};
+    const char *file = mesh_in_place(mesh->body);
+    if (file == NULL || !scene_has_cells(volume->body) ||
+        volume->body->voxels.kind != VOXELS_FILE || box_gap(&box, &other) == 0.0 ||
+        box_gap(&turned, &other) > 0.0)
+        return 0;
+    log_line(LOG_WARNING,
+             "%s:%d: body \"%s\" misses body \"%s\", but would not if it were turned by 180 "
+             "degrees about z: its mesh %s, labels are read in LPS: is it in RAS? rotation = [0.0, "
+             "0.0, 3.14159265];",
+             mesh->scene->path, mesh->line, mesh->made->name, volume->made->name, mesh_frame(file));
+    return 1;
+}
+
 int plausible_warn(World *world, const Scene *scene)
 {
     // Keys without effect were found when the scene was read.
@@ -455,6 +491,10 @@ int plausible_warn(World *world, const Scene *scene)
             all.widest_name = made->name;
         }
         said += CHECK(body, BODY_ROWS);
+        for (int k = 0; k < scene->body_count; k++) {
+            Subject other = {.made = sim_body(world->sim, k), .body = &scene->body[k]};
+            said += check_frames(&body, &other);
+        }
     }
     // Tools are compared with the widest body.
     for (int i = 0; i < scene->tool_count; i++) {

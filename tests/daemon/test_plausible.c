@@ -102,6 +102,64 @@ TEST(a_mesh_in_millimetres_is_told_the_scale_that_mends_it)
     expect_in(run.err, "is its file in millimetres? mesh = { scale = 0.001; }");
 }
 
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+// A block of labels from 20 to 40 mm in x and y, and a tetrahedron that is in it, or in what is
+// there turned by 180 degrees about z, with the header that says so or without.
+TEST(a_mesh_in_another_frame_than_the_labels_is_turned_or_warned_of)
+{
+    static const struct {
+        const char *head;
+        int sign, move, warnings;
+        const char *says;
+    } cases[] = {
+        {"# 3D Slicer output. SPACE=LPS\n", 1, 0, 0, NULL},
+        {"# 3D Slicer output. SPACE=RAS\n", -1, 0, 0, NULL},
+        {"", 1, 0, 0, NULL},
+        {"", 1, 200, 0, NULL}, // elsewhere, but not because of a frame
+        {"", -1, 0, 1,
+         "body \"wall\" misses body \"block\", but would not if it were turned by "
+         "180 degrees about z: its mesh states no frame, labels are read in LPS"},
+        {"# SPACE=RAS\n", 1, 0, 1, "its mesh states RAS and was turned to LPS, labels are read in"},
+    };
+    const char *scene = scratch("frames.cfg");
+    char text[1024];
+    size_t used = (size_t)snprintf(text, sizeof text,
+                                   "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\n"
+                                   "space: LPS\nspace directions: (5,0,0) (0,5,0) (0,0,5)\n"
+                                   "space origin: (22.5,22.5,2.5)\nencoding: ascii\n\n");
+    for (int v = 0; v < 64; v++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "1 ");
+    write_text(scratch("labels.nrrd"), text);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const int low = cases[i].sign * 22 + cases[i].move, high = low + cases[i].sign * 15;
+        snprintf(text, sizeof text,
+                 "%sv %d %d 2\nv %d %d 2\nv %d %d 2\nv %d %d 17\nf 1 3 2\nf 1 2 4\nf 2 3 4\n"
+                 "f 3 1 4\n",
+                 cases[i].head, low, low, high, low, low, high, low, low);
+        write_text(scratch("wall.obj"), text);
+        write_text(scene,
+                   "gravity = [0.0, 0.0, 0.0]; bodies = ( { name = \"block\"; model = \"voxel\"; "
+                   "voxels = { file = \"labels.nrrd\"; }; },\n{ name = \"wall\"; "
+                   "mesh = { file = \"wall.obj\"; scale = 0.001; }; } );\n");
+        run_daemon_well(&run, "--check %s", scene);
+        int found = 0;
+        for (const char *at = run.err; (at = strstr(at, " misses body ")) != NULL; at++)
+            found++;
+        if (found != cases[i].warnings)
+            fail_msg("case %zu: %d warnings:\n%s", i, found, run.err);
+        if (cases[i].says != NULL)
+            expect_in(run.err, cases[i].says);
+    }
+    // A skin has to be where the labels are: refused, after the likely cause.
+    write_text(scene, "bodies = ( { name = \"block\"; model = \"voxel\"; voxels = { file = "
+                      "\"labels.nrrd\"; }; skin = { mesh = \"wall.obj\"; scale = 0.001; }; } );\n");
+    run_daemon(&run, "--check %s", scene);
+    assert_int_equal(run.code, 2);
+    expect_in(run.err, "the skin of body \"block\" does not overlap its labels: ");
+    expect_in(run.err, "wall.obj states RAS and was turned to LPS, labels are read in LPS\n");
+}
+#endif
+
 TEST(a_body_without_gravity_is_warned_of_where_a_probe_can_push_it)
 {
     const char *scene = scratch("floating.cfg");

@@ -475,6 +475,50 @@ TEST(a_count_that_the_size_contradicts_is_refused_unless_the_size_is_to_decide)
     }
 }
 
+// --- frames ---
+
+TEST(a_mesh_in_ras_is_turned_to_lps_in_every_format_that_says_so)
+{
+    size_t size;
+    FREED unsigned char *binary = make_solid(true, 0, &size);
+    memcpy(binary, "3D Slicer output. SPACE=RAS", 28);
+    static const char *const texts[] = {
+        "# 3D Slicer output. SPACE=RAS\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n"
+        "f 2 3 4\nf 1 4 3\n",
+        "ply\nformat ascii 1.0\ncomment 3D Slicer output. SPACE=RAS\nelement vertex 4\nproperty "
+        "float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int "
+        "vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n"
+        "3 0 3 2\n",
+        "solid 3D Slicer output. SPACE=RAS\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 "
+        "0 0"
+        "\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"};
+    for (int i = 0; i < 7; i++) {
+        SCOPED(mesh_destroy) TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        char text[512];
+        snprintf(text, sizeof text, "%s", texts[i % 3]);
+        // The last three say LPS, and are left as they are.
+        if (i > 3)
+            memcpy(strstr(text, "RAS"), "LPS", 3);
+        if (i == 3)
+            write_bytes(binary, size);
+        else
+            write_bytes(text, strlen(text));
+        expect_ok(mesh_import(path, &mesh, &import, &status), status);
+        Vec3 sum = {0, 0, 0};
+        for (int k = 0; k < mesh.node_count; k++)
+            sum = vec3_add(sum, mesh.position[k]);
+        expect_near(sum.x, i > 3 ? 1.0 : -1.0, 0.0);
+        expect_near(sum.y, i > 3 ? 1.0 : -1.0, 0.0);
+        assert_int_equal(strncmp(import.remarks, "its first lines state SPACE=RAS", 31) == 0,
+                         i <= 3);
+        // Turned, not mirrored: what was outside stays so.
+        if (i % 3 != 2)
+            expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-15);
+    }
+}
+
 // --- any file ---
 
 TEST(what_is_no_file_is_refused)
