@@ -21,8 +21,9 @@ static const double CREDIT = 1e-3, CREDIT_SPENT = 1.0 - 1e-6; // [J], share at m
 static const double WAY_LEAST = 1e-4, WAY_FADES = 0.999;      // [m], per call
 
 // The stiffness that was felt: over this time, from this way on, and if depth explains so much of
-// the change of the force. The plane follows the contacts within the other two times.
+// the change of the force. The plane follows jumps within the other two times.
 static const double FELT_TIME = 0.05, STIFFNESS_EASES = 0.02, FORCE_EASES = 0.006; // [s]
+static const double FORCE_STEP = 0.02;                 // of the force, that is no jump
 static const double FELT_WAY = 1e-4, FELT_SHARE = 0.5; // [m], of the variance
 // The soft limit is a spring, so much stiffer than the plane. A hand that comes in with this
 // velocity feels half of what the spring withholds. Damping with it was tried: it adds little.
@@ -134,20 +135,24 @@ static void feel(Felt *felt, const HandForce *plane, double passed)
 
 // Goes from the plane before towards the newest one: a jump of the stiffness is one of the force
 // far from the contact, and the force of a wall that snaps, or of late contacts, jumps by itself.
+// What is no jump is not delayed: a late plane is less of a wall.
 static void ease(HandForce *plane, const HandForce *before, double passed)
 {
-    const double stiffer = passed / (STIFFNESS_EASES + passed),
-                 stronger = passed / (FORCE_EASES + passed);
+    const double stiffer = passed / (STIFFNESS_EASES + passed);
     HandForce eased = *plane;
+    double step[3];
     for (int i = 0; i < 3; i++) {
-        double last = before->force[i];
+        step[i] = plane->force[i] - before->force[i];
         for (int k = 0; k < 3; k++) {
-            last -= before->stiffness[i][k] * (plane->position[k] - before->position[k]);
+            step[i] += before->stiffness[i][k] * (plane->position[k] - before->position[k]);
             const double more = plane->stiffness[i][k] - before->stiffness[i][k];
             eased.stiffness[i][k] = before->stiffness[i][k] + stiffer * more;
         }
-        eased.force[i] = last + stronger * (plane->force[i] - last);
     }
+    const double free = FORCE_STEP * sqrt(dot(plane->force, plane->force) / dot(step, step));
+    const double later = 1.0 - fmin(1.0, fmax(passed / (FORCE_EASES + passed), free));
+    for (int i = 0; i < 3 && later > 0.0; i++)
+        eased.force[i] -= later * step[i];
     // Numbers too large to compute with must not stay.
     if (all_finite(eased.force, 3) && all_finite(&eased.stiffness[0][0], 9))
         *plane = eased;

@@ -188,8 +188,9 @@ PLIANT_API double pliant_round_trip(const PliantClient *client, double share);
 // x_c and F_c of the contact, b its damping, v_c from its last two positions, v behind a low pass
 // of 4 ms if it is not given. Along the normal, K is raised to the slope of force over depth that
 // the contacts of the last 50 ms have shown, if it is more: a plane softer than the body is late,
-// which shakes the hand. F_c and K follow those of the contacts within 6 and 20 ms. F is zero
-// without contact and after its `valid`, never points into the body, and is at most the limit.
+// which shakes the hand. K follows the contacts within 20 ms, F_c within 6 ms where it changes by
+// more than 2 %. F is zero without contact and after its `valid`, never points into the body, and
+// is at most the limit.
 //
 // A guard keeps the device passive whatever was delayed or lost. It counts the work W of the hand,
 // exactly if the device holds F until the next call, and gives back no more than is left:
