@@ -104,13 +104,13 @@ typedef struct Touch {
     Real radius; // [m]
 } Touch;
 
-// Integral of the depth as the force counts it, which grows slowly up to a tenth of the radius
+// Integral of the depth as the force counts it, which grows slowly up to 0.15 of the radius
 // (server/sim/README.md, "Contact of faces").
 static Real counted(Real depth, Real radius)
 {
-    const Real onset = 0.1L * radius, beyond = depth - onset / 2.0L;
-    return depth < onset ? depth * depth * depth / (6.0L * onset)
-                         : beyond * beyond / 2.0L + onset * onset / 24.0L;
+    const Real onset = 0.15L * radius, beyond = depth - 0.6L * onset;
+    return depth < onset ? onset * onset * powl(depth / onset, 3.5L) / 8.75L
+                         : beyond * beyond / 2.0L + 6.0L / 175.0L * onset * onset;
 }
 
 static Real energy(const Touch *touch)

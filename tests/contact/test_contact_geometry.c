@@ -133,25 +133,25 @@ static void slide(double radius, double edge, Vec3 from, Vec3 to, double *jump, 
 
 TEST(sliding_over_vertices_and_edges_has_no_jumps)
 {
-    // A step changed the force by up to 9.3 % of its mean, half a millimetre deep, where a face has
-    // just come to its stiffness. In the prototype by which the law was chosen it never fell below
-    // 0.4 of it where a face's middle is crossed: a quarter is a safe meaning of "never 0"
-    // (server/sim/README.md, "Contact of faces").
+    // A step changed the force by up to 10.7 % of its mean, where some faces have not come to their
+    // stiffness. In the prototype by which the law was chosen it never fell below 0.4 of it where a
+    // face's middle is crossed: a quarter is a safe meaning of "never 0" (server/sim/README.md,
+    // "Contact of faces").
     static const double cases[][2] = {
         {0.003, 0.004}, {0.003, 0.008}, {0.005, 0.008}, {0.005, 0.016}, {0.010, 0.016}};
     for (int k = 0; k < 5; k++) {
         double radius = cases[k][0], edge = cases[k][1], jump, least;
         // along an edge, over the vertices at its ends
         slide(radius, edge, vec3(-0.012, 0, 0), vec3(0.012, 0, 0), &jump, &least);
-        expect_at_most(jump, 0.10);
+        expect_at_most(jump, 0.11);
         expect_at_least(least, 0.25);
         // across edges, through faces
         slide(radius, edge, vec3(-0.012, 0.3 * edge, 0), vec3(0.012, 0.3 * edge, 0), &jump, &least);
-        expect_at_most(jump, 0.10);
+        expect_at_most(jump, 0.11);
         expect_at_least(least, 0.25);
         // askew over the vertex in the middle
         slide(radius, edge, vec3(-0.011, -0.005, 0), vec3(0.011, 0.005, 0), &jump, &least);
-        expect_at_most(jump, 0.10);
+        expect_at_most(jump, 0.11);
         expect_at_least(least, 0.25);
     }
 }
@@ -308,9 +308,10 @@ static void go_round(double edge, int cells, double radius)
 {
     SCOPED(bench_destroy) Bench bench;
     make_sheet(&bench, edge, cells, bench_ball(radius));
-    double rim = rim_of(&bench), off = radius - 0.0005; // half a millimetre deep
-    const double onset = fmin(0.1 * radius, 0.0005);    // so deep it counts half [m]
-    double face = KAPPA * sqrt(0.1875) * edge * edge * (0.0005 - 0.5 * onset); // of one face [N]
+    double rim = rim_of(&bench), off = radius - 0.0005;        // half a millimetre deep
+    const double part = 0.0005 / fmin(0.15 * radius, 0.00075); // of the onset
+    const double felt = 0.0005 * (part < 1.0 ? 0.4 * pow(part, 1.5) : 1.0 - 0.6 / part);
+    double face = KAPPA * sqrt(0.1875) * edge * edge * felt; // of one face [N]
     for (double x = -edge; x <= edge; x += 0.29 * edge) {
         lift(&bench);
         for (int i = 0; i <= 400; i++) { // above, round the rim, below; and back

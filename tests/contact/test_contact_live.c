@@ -78,10 +78,10 @@ TEST(held_press_is_silent_and_in_equilibrium)
         // The prototype pressed at a place that is not known: 0.0523 N, 0.15 mm
         // (server/sim/README.md, "Contact stiffness"). Between a node and a face the force
         // spreads over 20 %; the depth is that of one face that carries all of it, or of up to six
-        // that share it evenly, and half of the onset, a tenth of the radius.
+        // that share it evenly, and 0.6 of the onset, 0.15 of the radius.
         expect_near(mean, 0.0523, 0.2 * 0.0523);
         double one_face = mean / (bench.body->contact_kappa * bench.body->surface.face_area[face]);
-        expect_at_most(sim_wrench(bench.sim, 0)->depth, 1.01 * one_face + 0.05 * 0.005);
+        expect_at_most(sim_wrench(bench.sim, 0)->depth, 1.01 * one_face + 0.09 * 0.005);
         expect_at_least(sim_wrench(bench.sim, 0)->depth, 0.99 / 6.0 * one_face);
     }
 }

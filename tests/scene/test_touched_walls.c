@@ -218,3 +218,61 @@ TEST(a_deep_press_of_an_adaptive_wall_is_silent_and_grows_with_depth)
         }
     }
 }
+
+// Where the node is that is nearest to the vertical line through the origin, of those above it or
+// little below.
+static Vec3 middle_node(const Organ *organ)
+{
+    const Body *body = sim_body(organ->sim, 0);
+    Vec3 best = {HUGE_VAL, HUGE_VAL, 0.0}, x;
+    for (int node = 0; node < body->surface.node_used; node++) {
+        body->ops->read_nodes(body->model, &node, 1, &x, NULL);
+        if (x.z > -0.03 && hypot(x.x, x.y) < hypot(best.x, best.y))
+            best = x;
+    }
+    return best;
+}
+
+// How a tip meets a node of a wall from above at 2 cm/s, on its way to two radii: the largest
+// change of the force in a tick and its largest fall in the first millimetre, both of the largest
+// force.
+static void touch_slowly(const char *path, double *tick, double *fall)
+{
+    enum { MOST = 2000, FIRST = 50 };
+    Organ organ;
+    create(&organ, path);
+    const double radius = organ.sim->contact[0]->largest_radius, speed = 2e-5;
+    const Vec3 node = middle_node(&organ), from = vec3(node.x, node.y, node.z + radius + 1e-4);
+    double peak = 0.0, last = 0.0;
+    *tick = *fall = 0.0;
+    for (int i = 0, touching = 0; touching * speed < 2.0 * radius; i++) {
+        assert_true(i < MOST);
+        const Vec3 at = vec3_madd(from, -speed * i, vec3(0.0, 0.0, 1.0));
+        const double force = step_at(&organ, at, (Quat){1.0, 0.0, 0.0, 0.0}).z;
+        touching += touching > 0 || force > 0.0;
+        peak = fmax(peak, force);
+        *tick = touching <= FIRST ? fmax(*tick, fabs(force - last)) : *tick;
+        *fall = touching <= FIRST ? fmax(*fall, peak - force) : *fall;
+        last = force;
+    }
+    *tick /= peak;
+    *fall /= peak;
+    print_message("%s: peak %.4f N, %.2f %% in a tick, falls by %.2f %%\n", path, peak,
+                  100.0 * *tick, 100.0 * *fall);
+    destroy(&organ);
+}
+
+// A node that is given the hand's speed in a tick, by dampers or springs, takes a pulse and
+// bounces: by 4.1 % of the peak on the organ and 0.9 % on the sheet when faces were damped at once.
+// What is left on the organ, 1.4 %, is the momentum of a node; the hand is not slowed by any filter
+// here.
+TEST(a_slow_touch_gives_no_pulse)
+{
+    double tick, fall;
+    touch_slowly("../config/organ.cfg", &tick, &fall);
+    expect_at_most(tick, 0.015);
+    expect_at_most(fall, 0.02);
+    touch_slowly("../config/sheet.cfg", &tick, &fall);
+    expect_at_most(tick, 0.005);
+    expect_at_most(fall, 0.002);
+}

@@ -58,9 +58,9 @@ static void press_while_faces_change(double length, double radius, double depth,
     create(&mixed, &tool);
     create(&coarse, &tool);
     uint64_t random = seed;
-    // A depth counts as at least what it has beyond half of the onset, at which a face comes to its
+    // A depth counts as at least what it has beyond 0.6 of the onset, at which a face comes to its
     // stiffness.
-    const double felt = radius - 0.5 * fmin(0.1 * radius, 5e-4);
+    const double felt = radius - 0.6 * fmin(0.15 * radius, 7.5e-4);
     int below = 0;
     for (int i = 0; i < 400; i++) {
         double t = i * 1e-3;

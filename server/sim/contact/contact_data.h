@@ -114,7 +114,7 @@ typedef struct ContactForces {
     Vec3 point, normal;  // force-weighted sums
     double weight;       // sum of normal forces [N]
     Sym3 stiffness;      // sum k n n^T [N/m]
-    Sym3 damped;         // hollow walls: sum k n n^T at full stiffness, which dampers feel
+    Sym3 damping;        // hollow walls: of the dampers, along the same normals [N s/m]
     double floor;        // smallest (signed distance - least allowed) of an acting face [m];
                          // solids: least distance of an axis
     Vec3 floor_normal;   // of that face, hollow walls only

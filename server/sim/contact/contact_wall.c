@@ -13,9 +13,11 @@
 static const double CREEP = 0.3; // of the floor: largest step in a substep of a proxy that is there
 enum { RETREATS = 8 };           // steps back per substep before forces are scaled instead
 static const double BARRIER_FROM = 0.25; // depth from which on contact is stiffer [radius]
-// Depth in which a face comes to its stiffness, at most [radius; m]: a node of the wall that a slow
-// hand meets at full stiffness bounces off the tip, and the force is gone again.
-static const double ONSET = 0.1, LONGEST_ONSET = 5e-4;
+// Depth in which a face comes to its stiffness, at most [radius; m]; share of the damping that it
+// has at once, and share of its stiffness from which on it has all. A node of the wall that a slow
+// hand meets at full stiffness bounces off the tip; at full damping it is given its momentum in a
+// tick: either way the force rises and is gone again.
+static const double ONSET = 0.15, LONGEST_ONSET = 7.5e-4, DAMPED_AT_ONCE = 0.2, DAMPED_FROM = 0.1;
 // New nodes bulge towards the tool, by a millimetre of a coarse face, or away, until the wall has
 // given way and come to rest: for a while the force changes by at most such a share of itself, and
 // of max_force, in a tick.
@@ -50,22 +52,28 @@ static void add_force(Contact *contact, const Candidate *candidate, const double
             vec3_madd(contact->f[candidate->node[k]], -weight[k], force);
 }
 
-// Returns the depth of a face as its force counts it, and in `slope` its derivative: grows slowly
-// at first, and near the axis faster, by what the step has room for.
-static double counted_depth(const Body *body, double depth, double radius, double *slope)
+// How a face that the tool overlaps pushes.
+typedef struct FaceLaw {
+    double depth, slope; // as the force counts it [m], and its derivative by the true depth
+    double damping;      // time [s]
+} FaceLaw;
+
+// Grows slowly at first, and near the axis faster, by what the step has room for.
+static FaceLaw law_at(const Body *body, double depth, double radius)
 {
-    const double onset = fmin(ONSET * radius, LONGEST_ONSET);
+    const double onset = fmin(ONSET * radius, LONGEST_ONSET), part = fmin(1.0, depth / onset);
+    const double share = part * sqrt(part), at_once = fmin(1.0, share / DAMPED_FROM);
     const double beyond = fmax(0.0, depth - BARRIER_FROM * radius);
-    *slope = depth < onset ? depth / onset : beyond > 0.0 ? 1.0 + body->contact_barrier : 1.0;
-    if (depth < onset)
-        return 0.5 * depth * *slope;
-    return depth - 0.5 * onset + body->contact_barrier * beyond;
+    const double damped = DAMPED_AT_ONCE + (1.0 - DAMPED_AT_ONCE) * at_once;
+    return (FaceLaw){.depth = onset * part * share / 2.5 + fmax(0.0, depth - onset) +
+                              body->contact_barrier * beyond,
+                     .slope = share + (beyond > 0.0 ? body->contact_barrier : 0.0),
+                     .damping = body->contact_damping * damped};
 }
 
-// Adds the push of one pair: `share` of the face's stiffness, along `normal`, for an overlap that
-// counts as `depth`, with `slope`.
+// Adds the push of one pair: `share` of the face's stiffness, along `normal`.
 static void add_push(Contact *contact, const ToolPlacement *at, int index, const double weight[3],
-                     Vec3 point, Vec3 normal, double depth, double slope, double share)
+                     Vec3 point, Vec3 normal, const FaceLaw *law, double share)
 {
     const Candidate *candidate = &contact->candidate[index];
     ContactForces *sum = &contact->forces;
@@ -76,19 +84,19 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
     const Vec3 calm = vec3_add(contact->calm.linear,
                                vec3_cross(contact->calm.angular, vec3_sub(point, at->position)));
     const double damped = separating + vec3_dot(calm, normal);
-    double force = share * stiffness * fmax(0.0, depth - contact->body->contact_damping * damped);
+    double force = share * stiffness * fmax(0.0, law->depth - law->damping * damped);
     add_force(contact, candidate, weight, point, vec3_scale(force, normal));
 
     // Sums for the wrench and for the proxy's steps.
-    const double k = share * slope * stiffness;
+    const double k = share * law->slope * stiffness;
     sum->stiffness = sym3_madd(sum->stiffness, 1.0, sym3_outer(k, normal));
-    sum->damped = sym3_madd(sum->damped, 1.0, sym3_outer(share * stiffness, normal));
+    sum->damping = sym3_madd(sum->damping, law->damping, sym3_outer(share * stiffness, normal));
     sum->weight += force;
     sum->point = vec3_madd(sum->point, force, point);
     sum->normal = vec3_madd(sum->normal, force, normal);
     if (contact->spring != NULL)
         contact_note_spring(contact, candidate, weight, normal, k,
-                            share * stiffness * depth * contact->spring_turn, false);
+                            share * stiffness * law->depth * contact->spring_turn, false);
     // Friction needs the push again, with its slip.
     if (force > 0.0 && contact_friction(contact) > 0.0 &&
         contact->push_count < contact->push_capacity) {
@@ -96,7 +104,7 @@ static void add_push(Contact *contact, const ToolPlacement *at, int index, const
             (Push){.candidate = index, .weight = {weight[0], weight[1], weight[2]}, .force = force};
         PushSums *sums = &contact->push_sums;
         sums->force += force;
-        sums->stiffness += force * stiffness;
+        sums->stiffness += force * stiffness * fmin(1.0, law->slope);
         sums->normal = vec3_madd(sums->normal, force, normal);
         sums->slip = vec3_madd(sums->slip, force, vec3_madd(relative, -separating, normal));
     }
@@ -172,8 +180,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
     forces->acting++;
     forces->crossed += face->crossed || face->turn < 0;
     forces->depth = fmax(forces->depth, depth);
-    double slope;
-    const double counted = counted_depth(contact->body, depth, radius, &slope);
+    const FaceLaw law = law_at(contact->body, depth, radius);
     const double above = phi - CONTACT_AXIS_FLOOR * radius;
     // Each pair pushes along its own direction; without a distance, along the face's normal.
     for (int j = 0; j < face->pair_count; j++) {
@@ -192,8 +199,7 @@ static void push_face(Contact *contact, const ToolPlacement *at, int index,
             forces->floor = above;
             forces->floor_normal = normal;
         }
-        add_push(contact, at, index, pair->weight, pair->on_triangle, normal, counted, slope,
-                 share[j] / sum);
+        add_push(contact, at, index, pair->weight, pair->on_triangle, normal, &law, share[j] / sum);
     }
 }
 
@@ -598,7 +604,7 @@ static void wall_move(Contact *contact, Vec3 target, Quat orientation, double h)
         Vec3 n = vec3_scale(1.0 / size, f->force);
         double along = sym3_along(f->stiffness, n);
         // A step back also slows the approach.
-        along += contact->body->contact_damping / h * sym3_along(f->damped, n);
+        along += sym3_along(f->damping, n) / h;
         double back = along > 0.0 ? fmax(0.0, excess / along) : 0.0;
         next->position = vec3_madd(next->position, fmin(0.5 * r, back), n);
         if (f->floor < 0.0)
