@@ -5,6 +5,7 @@
 #include "base/check.h"
 #include "base/sets.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -85,6 +86,25 @@ void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translati
         lattice->turn = quat_unit(quat_multiply(turn, lattice->turn));
     }
     lattice->origin = vec3_add(lattice->origin, translation);
+}
+
+bool lattice_shells_text(LatticeShells shells, double size, char *text, size_t room)
+{
+    const double cell = 1e6 * size * size * size;
+    const char *const word = shells.filled ? "filled" : "cavities";
+    size_t used = 0;
+    text[0] = '\0';
+    if (shells.inner > 0)
+        used = (size_t)snprintf(text, room,
+                                "closed parts within others, %d of %d: %s of %.3g cm3 (the "
+                                "other by voxels.inner = \"%s\")",
+                                shells.inner, shells.count, word, 1e6 * shells.volume,
+                                shells.filled ? "cavity" : "filled");
+    if (shells.overlap > 0 && used < room)
+        snprintf(text + used, room - used,
+                 "%sits parts overlap by about %.3g cm3, which count once", used > 0 ? "; " : "",
+                 cell * (double)shells.overlap);
+    return text[0] != '\0';
 }
 
 // --- margins ---

@@ -7,6 +7,8 @@
 #include "base/vec.h"
 #include "geometry/mesh.h"
 
+#include <stddef.h>
+
 enum {
     LATTICE_MATERIALS = 255,      // most labels in one lattice
     LATTICE_MOST_CELLS = 1 << 28, // void ones included
@@ -17,6 +19,16 @@ enum {
 // single precision could not resolve the cells there.
 #define LATTICE_FARTHEST 1e12
 
+// The closed parts of the mesh that a lattice was made of.
+typedef struct LatticeShells {
+    int count, inner; // all, and those within an odd number of others: holes, unless `filled`
+    double volume;    // of those within others [m3]
+    long hollow;      // [cells] within holes
+    long overlap;     // [cells] that several parts claim: their sum, less one for each cell
+    long claimed;     // [cells] sum of the parts' volumes, holes too
+    bool filled;
+} LatticeShells;
+
 // A rigid grid of cubes. Cell (i, j, k) has its low corner at origin + turn ((i, j, k) size) and
 // the label label[(k * count[1] + j) * count[0] + i].
 typedef struct Lattice {
@@ -24,6 +36,7 @@ typedef struct Lattice {
     double size;          // edge of a cell [m]
     Vec3 origin;          // low corner of cell (0, 0, 0) [m]
     Quat turn;            // from the lattice's axes to the world's, unit
+    LatticeShells shells; // all 0 but of a mesh
     unsigned char *label; // 0: void; m: the m-th material, from 1. malloc'ed, owned
 } Lattice;
 
@@ -61,13 +74,17 @@ bool lattice_disc(Lattice *lattice, double radius, double size, Status *status);
 // Conversion of closed triangle meshes to lattices.
 
 // Fills a lattice with the cells of edge `size` [m] whose centre lies inside the closed mesh, by
-// the parity of crossings along a line in x. Void margins are cropped. The lattice axes are the
-// world's; before cropping, the boxes of mesh and lattice have the same middle. The orientation of
-// triangles has no effect: a shell within a shell is a cavity, and the overlap of two parts is
-// void. Rows exactly through an edge or a corner are decided as if moved by an infinitesimal step
-// in y and z, so that parts with common faces divide the cells between them without gap or overlap.
-// False with a status: a mesh with borders, nothing inside, or too many cells (with the size that
-// would fit).
-bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status);
+// how often its parts wind around it. Void margins are cropped. The lattice axes are the world's;
+// before cropping, the boxes of mesh and lattice have the same middle. Each part must be oriented,
+// either way: parts that overlap, or one that crosses itself, are united; one that lies wholly
+// within another is a hole, unless `filled`. Rows exactly through an edge or a corner are decided
+// as if moved by an infinitesimal step in y and z, so that parts with common faces divide the cells
+// between them without gap or overlap. False with a status: a mesh with borders, nothing inside, or
+// too many cells (with the size that would fit).
+bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, bool filled, Status *status);
+
+// Says which of the parts are cavities and by how much others overlap, for cells of edge `size`;
+// false if there is nothing to say.
+bool lattice_shells_text(LatticeShells shells, double size, char *text, size_t room);
 
 #endif

@@ -231,7 +231,7 @@ void surface_field_of_mesh(SurfaceField *field, const Lattice *lattice, const Tr
 {
     Lattice fine;
     Status said = {0};
-    if (!voxelise(&fine, mesh, lattice->size / FIELD_PARTS, &said)) {
+    if (!voxelise(&fine, mesh, lattice->size / FIELD_PARTS, lattice->shells.filled, &said)) {
         surface_field_of_cells(field, lattice);
         return;
     }

@@ -4,29 +4,53 @@
 // through a triangle. Rows through edges, corners or along faces are decided as if shifted by an
 // infinitesimal e in y, e^2 in z, and their centres e^3 in x (Edelsbrunner and Mücke 1990,
 // simulation of simplicity). Then no row meets an edge, each crossing of a closed surface belongs
-// to exactly one triangle, and the number of crossings of a row is even. Load time only.
+// to exactly one triangle, and a row leaves each shell as often as it enters it. What is inside
+// follows from how often the shells wind around a cell, so that overlaps count once. Load time
+// only.
 #include "geometry/lattice.h"
 
 #include "base/check.h"
+#include "base/sets.h"
 #include "geometry/edges.h"
 
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 // Grid steps in half a cell, and most cells along an axis. With both, coordinates are below 2^37,
 // areas below 2^76 and six-fold volumes below 2^115: all fit.
 #define HALF_CELL ((int64_t)1 << 19)
-enum { MOST_ALONG = 1 << 16 };
+enum { MOST_ALONG = 1 << 16, MOST_CROSSINGS = 1 << 26 };
 
 __extension__ typedef __int128 Wide;
 
 typedef int64_t Point[3]; // in grid steps
 
+// Where a row passes through a triangle.
+typedef struct Crossing {
+    uint32_t row;
+    int32_t cell;  // the first beyond it
+    int32_t shell; // s + 1 where the row enters shell s by its normals, else -(s + 1)
+    int32_t back;  // from the low side of that cell to the crossing [grid steps], rounded
+} Crossing;
+
+// A closed part of the mesh.
+typedef struct Shell {
+    double volume;  // in grid steps along all rows, by its normals
+    int depth;      // shells around it, where it is around fewest
+    int winds, way; // around the cell that is looked at; +1, or -1 for one that counts as a hole
+} Shell;
+
 // The rows that a mesh is cut along.
 typedef struct Raster {
-    Lattice *lattice; // label: parity of the crossings before each cell, of this cell alone
-    Vec3 low;         // low corner of the grid [m]
-    Point *point;     // [node]
+    Lattice *lattice;
+    Vec3 low;      // low corner of the grid [m]
+    Point *point;  // [node]
+    int *shell_of; // [node]
+    Shell *shell;  // [shell_count]
+    int shell_count;
+    Crossing *crossing; // [count]
+    size_t count, capacity;
 } Raster;
 
 // --- is the mesh closed? ---
@@ -157,7 +181,18 @@ static int64_t first_beyond(const int64_t *const p[3], const Wide w[3])
     return beyond ? before : before + 1;
 }
 
-static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
+static void add_crossing(Raster *raster, Crossing crossing)
+{
+    if (raster->count == raster->capacity) {
+        raster->capacity = raster->capacity == 0 ? 1024 : 2 * raster->capacity;
+        raster->crossing = realloc(raster->crossing, raster->capacity * sizeof *raster->crossing);
+        ASSERT(raster->crossing != NULL);
+    }
+    raster->crossing[raster->count++] = crossing;
+}
+
+// `shell`: of the triangle p, negative if it was turned to run counter-clockwise here.
+static void cross_row(Raster *raster, const int64_t *const p[3], int shell, int j, int k)
 {
     int64_t y = (2 * j + 1) * HALF_CELL, z = (2 * k + 1) * HALF_CELL;
     // The row passes through the triangle if it lies left of all sides.
@@ -169,9 +204,17 @@ static void cross_row(Raster *raster, const int64_t *const p[3], int j, int k)
             return;
     }
     // From the next cell on, the row is on the other side of the surface.
+    const int most = raster->lattice->count[0];
     int64_t cell = first_beyond(p, w);
-    if (cell < raster->lattice->count[0])
-        raster->lattice->label[lattice_index(raster->lattice, cell < 0 ? 0 : (int)cell, j, k)] ^= 1;
+    cell = cell < 0 ? 0 : cell > most ? most : cell;
+    const Wide sum = w[0] + w[1] + w[2];
+    const int64_t at = floor_divide(w[0] * p[0][0] + w[1] * p[1][0] + w[2] * p[2][0], sum);
+    // Counter-clockwise in y and z, the normal points along x: the row leaves.
+    add_crossing(raster,
+                 (Crossing){.row = (uint32_t)k * (uint32_t)raster->lattice->count[1] + (uint32_t)j,
+                            .cell = (int32_t)cell,
+                            .shell = -shell,
+                            .back = (int32_t)(2 * HALF_CELL * cell - at)});
 }
 
 // Finds the rows with this z that the triangle can meet, with one row more on either side.
@@ -201,6 +244,7 @@ static void find_rows(const int64_t *const p[3], int64_t z, int count, int *firs
 
 static void cross_triangle(Raster *raster, const int corner[3])
 {
+    int shell = raster->shell_of[corner[0]] + 1;
     const int64_t *p[3];
     for (int c = 0; c < 3; c++)
         p[c] = raster->point[corner[c]];
@@ -209,6 +253,7 @@ static void cross_triangle(Raster *raster, const int corner[3])
     if (area == 0)
         return;
     if (area < 0) {
+        shell = -shell;
         const int64_t *other = p[1];
         p[1] = p[2];
         p[2] = other;
@@ -223,24 +268,153 @@ static void cross_triangle(Raster *raster, const int corner[3])
     int to = (int)floor_divide(high - HALF_CELL, 2 * HALF_CELL);
     int layers = raster->lattice->count[2];
     // Each row that the triangle may cross.
-    for (int k = from > 0 ? from : 0; k <= to && k < layers; k++) {
+    for (int k = from > 0 ? from : 0; k <= to && k < layers && raster->count < MOST_CROSSINGS;
+         k++) {
         int first, end;
         find_rows(p, (2 * k + 1) * HALF_CELL, raster->lattice->count[1], &first, &end);
         for (int j = first; j < end; j++)
-            cross_row(raster, p, j, k);
+            cross_row(raster, p, shell, j, k);
     }
 }
 
-// Turns crossings into inside and outside; returns the number of solid cells.
-static long fill_rows(const Lattice *lattice)
+// --- shells --------------------------------------------------------------------------------------
+
+// Numbers the parts that share no node.
+static void find_shells(Raster *raster, const TriMesh *mesh)
 {
-    long solid = 0, rows = (long)lattice->count[1] * lattice->count[2];
-    for (long r = 0; r < rows; r++) {
-        unsigned char *row = &lattice->label[r * lattice->count[0]], inside = 0;
-        for (int i = 0; i < lattice->count[0]; i++)
-            solid += row[i] = inside ^= row[i];
+    raster->shell_of = malloc(((size_t)mesh->node_count + 1) * sizeof *raster->shell_of);
+    ASSERT(raster->shell_of != NULL);
+    for (int n = 0; n < mesh->node_count; n++)
+        raster->shell_of[n] = n;
+    for (int h = 0; h < 3 * mesh->triangle_count; h++)
+        union_find_join(raster->shell_of, half_edge_from(mesh, h), half_edge_to(mesh, h));
+    raster->shell_count = union_find_number(raster->shell_of, mesh->node_count);
+    raster->shell = calloc((size_t)raster->shell_count + 1, sizeof *raster->shell);
+    ASSERT(raster->shell != NULL);
+    for (int s = 0; s < raster->shell_count; s++)
+        raster->shell[s].depth = raster->shell_count;
+}
+
+static int compare_crossings(const void *a, const void *b)
+{
+    const Crossing *p = a, *q = b;
+    if (p->row != q->row)
+        return p->row < q->row ? -1 : 1;
+    if (p->cell != q->cell)
+        return p->cell < q->cell ? -1 : 1;
+    // Farther back comes first.
+    return p->back != q->back ? (p->back > q->back ? -1 : 1)
+                              : (p->shell > q->shell) - (p->shell < q->shell);
+}
+
+static Shell *shell_at(const Raster *raster, size_t crossing, int *turn)
+{
+    const int named = raster->crossing[crossing].shell;
+    *turn = named > 0 ? 1 : -1;
+    return &raster->shell[abs(named) - 1];
+}
+
+static bool is_tied(const Raster *raster, size_t a, size_t b)
+{
+    const Crossing *p = &raster->crossing[a], *q = &raster->crossing[b];
+    return p->row == q->row && p->cell == q->cell && p->back == q->back;
+}
+
+// Notes how many others are around the shells that pass in [first, end).
+static void note_depth(Raster *raster, size_t first, size_t end, int around)
+{
+    int turn;
+    for (size_t i = first; i < end; i++) {
+        Shell *shell = shell_at(raster, i, &turn);
+        const int others = around - (shell->winds != 0);
+        shell->depth = others < shell->depth ? others : shell->depth;
     }
-    return solid;
+}
+
+// Finds for each shell its volume and its depth: the number of shells that are around it wherever a
+// row passes through it. One that crosses or touches another is not within it.
+static void measure_shells(Raster *raster)
+{
+    int around = 0, turn;
+    for (size_t first = 0, end; first < raster->count; first = end) {
+        for (end = first; end < raster->count && is_tied(raster, first, end);)
+            end++;
+        // Those that pass at one place are neither in nor out of each other.
+        note_depth(raster, first, end, around);
+        for (size_t i = first; i < end; i++) {
+            const Crossing *crossing = &raster->crossing[i];
+            Shell *shell = shell_at(raster, i, &turn);
+            around -= shell->winds != 0;
+            shell->winds += turn;
+            around += shell->winds != 0;
+            shell->volume -= turn * (2.0 * (double)HALF_CELL * crossing->cell - crossing->back);
+        }
+        note_depth(raster, first, end, around);
+    }
+    // All face outward, but those within an odd number of others are holes.
+    for (int s = 0; s < raster->shell_count; s++) {
+        Shell *shell = &raster->shell[s];
+        const bool met = shell->depth < raster->shell_count, inner = met && shell->depth % 2 != 0;
+        shell->way = (shell->volume < 0.0 ? -1 : 1) * (inner ? -1 : 1);
+        raster->lattice->shells.inner += inner;
+    }
+    raster->lattice->shells.count = raster->shell_count;
+}
+
+// Adds up the volumes of the shells that are holes.
+static double measure_holes(const Raster *raster, const TriMesh *mesh)
+{
+    double *volume = calloc((size_t)raster->shell_count + 1, sizeof *volume), sum = 0.0;
+    ASSERT(volume != NULL);
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        Vec3 x[3];
+        for (int c = 0; c < 3; c++)
+            x[c] = vec3_sub(mesh->position[mesh->triangle[t][c]], raster->low);
+        volume[raster->shell_of[mesh->triangle[t][0]]] +=
+            vec3_dot(x[0], vec3_cross(x[1], x[2])) / 6.0;
+    }
+    for (int s = 0; s < raster->shell_count; s++)
+        if (raster->shell[s].depth < raster->shell_count && raster->shell[s].depth % 2 != 0)
+            sum += fabs(volume[s]);
+    free(volume);
+    return sum;
+}
+
+// Labels a run of cells that shells wind around `net` times, holes counted against, and `all` times
+// without.
+static void label_run(Lattice *lattice, long first, int cells, int net, int all)
+{
+    LatticeShells *shells = &lattice->shells;
+    if (cells <= 0 || (net == 0 && all == 0))
+        return;
+    const bool inside = net != 0 || shells->filled;
+    shells->claimed += (long)abs(all) * cells;
+    shells->hollow += net == 0 ? cells : 0;
+    shells->overlap += abs(net) > 1 ? (long)(abs(net) - 1) * cells : 0;
+    memset(&lattice->label[first], inside, (size_t)cells);
+}
+
+// Turns crossings into inside and outside; returns the number of solid cells.
+static long fill_rows(Raster *raster)
+{
+    Lattice *lattice = raster->lattice;
+    const long along = lattice->count[0];
+    // `hole`: what the shells that are holes wind by themselves.
+    int net = 0, hole = 0, turn;
+    for (size_t i = 0; i < raster->count; i++) {
+        const Crossing *crossing = &raster->crossing[i];
+        const bool last = i + 1 == raster->count || crossing[1].row != crossing->row;
+        Shell *shell = shell_at(raster, i, &turn);
+        net += turn * shell->way;
+        if (shell->depth % 2 != 0)
+            hole += turn * shell->way;
+        const int next = last ? (int)along : crossing[1].cell;
+        label_run(lattice, crossing->row * along + crossing->cell, next - crossing->cell, net,
+                  net - 2 * hole);
+        if (last)
+            net = hole = 0;
+    }
+    return lattice_solid(lattice);
 }
 
 static bool check_solid(long solid, double size, Status *status)
@@ -257,7 +431,25 @@ static bool check_solid(long solid, double size, Status *status)
                        LATTICE_MOST_SOLID, coarser(size, share * 1.01));
 }
 
-bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status)
+static bool cut_rows(Raster *raster, const TriMesh *mesh, Status *status)
+{
+    // From here on all is exact: nodes are integers.
+    round_nodes(raster, mesh);
+    find_shells(raster, mesh);
+    for (int t = 0; t < mesh->triangle_count && raster->count < MOST_CROSSINGS; t++)
+        cross_triangle(raster, mesh->triangle[t]);
+    if (raster->count >= MOST_CROSSINGS)
+        return status_fail(status, STATUS_INVALID,
+                           "the mesh crosses the rows of cells more than %d times; larger cells "
+                           "would do",
+                           MOST_CROSSINGS);
+    qsort(raster->crossing, raster->count, sizeof *raster->crossing, compare_crossings);
+    measure_shells(raster);
+    raster->lattice->shells.volume = measure_holes(raster, mesh);
+    return true;
+}
+
+bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, bool filled, Status *status)
 {
     *lattice = (Lattice){0};
     // Refuse what has no cells or no inside.
@@ -268,14 +460,15 @@ bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, Status *status
     Raster raster = {.lattice = lattice};
     if (!check_closed(mesh, status) || !create_grid(&raster, mesh, size, status))
         return false;
-    // From here on all is exact: nodes are integers.
-    round_nodes(&raster, mesh);
-    for (int t = 0; t < mesh->triangle_count; t++)
-        cross_triangle(&raster, mesh->triangle[t]);
-    free(raster.point);
+    lattice->shells.filled = filled;
     // Void margins go last.
-    if (check_solid(fill_rows(lattice), size, status) && lattice_crop(lattice, status))
-        return true;
-    lattice_destroy(lattice);
-    return false;
+    const bool ok = cut_rows(&raster, mesh, status) &&
+                    check_solid(fill_rows(&raster), size, status) && lattice_crop(lattice, status);
+    free(raster.point);
+    free(raster.shell_of);
+    free(raster.shell);
+    free(raster.crossing);
+    if (!ok)
+        lattice_destroy(lattice);
+    return ok;
 }

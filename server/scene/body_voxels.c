@@ -44,7 +44,11 @@ static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, SurfaceF
     Status said = {0};
     bool ok = body_mesh_import(source->file, source->scale, source->rotation, source->translation,
                                &mesh, status) &&
-              (voxelise(lattice, &mesh, source->size, &said) || fail_file(source, &said, status));
+              (voxelise(lattice, &mesh, source->size, source->inner == INNER_FILLED, &said) ||
+               fail_file(source, &said, status));
+    char text[256];
+    if (ok && lattice_shells_text(lattice->shells, lattice->size, text, sizeof text))
+        log_line(LOG_INFO, "%s: %s", source->file, text);
     if (ok && field != NULL)
         surface_field_of_mesh(field, lattice, &mesh);
     mesh_destroy(&mesh);

@@ -33,7 +33,8 @@ static WorldCells summarize(const Lattice *lattice)
     return (WorldCells){.hash = hash_lattice(lattice),
                         .count = {lattice->count[0], lattice->count[1], lattice->count[2]},
                         .solid = lattice_solid(lattice),
-                        .size = lattice->size};
+                        .size = lattice->size,
+                        .shells = lattice->shells};
 }
 
 // Checks the body against the capacities of the scene.

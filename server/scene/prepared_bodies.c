@@ -332,6 +332,9 @@ static bool hash_voxels_source(const VoxelSource *source, uint64_t *hash, Status
     fnv_real(hash, source->scale);
     fnv_vector(hash, source->rotation);
     fnv_vector(hash, source->translation);
+    // A later key: files that were made before it stay valid.
+    if (source->inner != INNER_CAVITY)
+        fnv_int(hash, source->inner);
     return source->file == NULL || hash_files(source, hash, status);
 }
 

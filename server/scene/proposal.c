@@ -373,9 +373,16 @@ static double round_up(double cell)
 // Describes a solid that fits the tick, and checks that it still has the shape.
 static void judge_shape(const Proposals *all, const Built *built, Verdict *verdict)
 {
-    char cell[UNITS_LENGTH], fill[96] = "", pieces[96] = "";
+    char cell[UNITS_LENGTH], fill[96] = "", pieces[96] = "", parts[256] = "; ";
+    if (!lattice_shells_text(built->cells.shells, built->cells.size, parts + 2, sizeof parts - 2))
+        parts[0] = '\0';
+
     const double cells = (double)built->cells.solid, size = built->cells.size;
-    const double filled = all->volume > 0.0 ? cells * size * size * size / all->volume : 1.0;
+    // Parts that overlap or lie within each other fill less than their sum.
+    const LatticeShells *shells = &built->cells.shells;
+    const double cube = size * size * size, twice = (double)shells->claimed - cells;
+    const double volume = all->volume - (shells->claimed > 0 ? twice * cube : 0.0);
+    const double filled = all->volume > 0.0 ? cells * cube / volume : 1.0;
     units_length(size, cell);
     // Too coarse or too thin to be this body.
     if (built->cells.solid < FEWEST_CELLS) {
@@ -401,9 +408,9 @@ static void judge_shape(const Proposals *all, const Built *built, Verdict *verdi
         verdict->proposal.piece_count = built->pieces <= PROPOSAL_PIECES ? built->pieces : 0;
         memcpy(verdict->proposal.piece, built->piece, sizeof built->piece);
     }
-    say(verdict, true, "%ld cells of %s, %d substep%s a tick, about %.2g ms%s%s%s",
+    say(verdict, true, "%ld cells of %s, %d substep%s a tick, about %.2g ms%s%s%s%s",
         built->cells.solid, cell, built->substeps, built->substeps > 1 ? "s" : "",
-        1e3 * built->tick_s, fill, pieces, why_whole(&verdict->proposal));
+        1e3 * built->tick_s, fill, pieces, why_whole(&verdict->proposal), parts);
 }
 
 // Enlarges the cells until the body fits the tick.

@@ -44,11 +44,14 @@ typedef enum VoxelSourceKind {
     VOXELS_DISC, // one layer of cells in z = 0: the plane case
 } VoxelSourceKind;
 
+typedef enum SceneInner { INNER_CAVITY, INNER_FILLED } SceneInner;
+
 typedef struct VoxelSource {
     VoxelSourceKind kind;
     char *file;                   // of a volume or a mesh, resolved; owned by the scene
     int label_count;              // of a volume: at least one
     int label[LATTICE_MATERIALS]; // material m is the m-th
+    int inner;                    // of a mesh: SceneInner, what a closed part within another is
     double size;   // edge of a cell [m] after scale, except of a generator, which is scaled too; 0
                    // (volumes only): the smallest spacing
     int count[3];  // box: cells

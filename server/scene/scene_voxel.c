@@ -19,6 +19,9 @@ typedef struct VoxelsGroup {
 static const OptionWord GENERATOR_WORDS[] = {
     {"box", VOXELS_BOX}, {"ball", VOXELS_BALL}, {"disc", VOXELS_DISC}, {NULL, 0}};
 
+static const OptionWord INNER_WORDS[] = {
+    {"cavity", INNER_CAVITY}, {"filled", INNER_FILLED}, {NULL, 0}};
+
 enum { CELLS_ALONG = 4096, CELLS_USUAL = 16, LABEL_MAX = 1000000000 };
 #define GENERATED_SIZE 0.003125 // [m]
 
@@ -37,6 +40,10 @@ static const Option VOXELS_OPTIONS[] = {
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
      .about = "Closed OBJ, STL, PLY or OFF mesh, relative to the scene's folder, whose inside is "
               "filled with cells of `size`."},
+    {"inner", OPTION_WORD, AT(voxels.inner), "", .words = INNER_WORDS, .preset = INNER_CAVITY,
+     .only = FROM(VOXELS_MESH),
+     .about = "`mesh`: a closed part that lies wholly within another is a cavity, or filled. Parts "
+              "that overlap are united."},
     {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
      .preset_text = "none",
      .about = "Shape that is generated, around the origin; `disc` is a plane body."},

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/team.h"
 #include "sim/sim.h"
+#include "geometry/lattice.h"
 #include "geometry/mesh.h"
 
 // Data of a voxel body's lattice, which is placed in the world.
@@ -15,6 +16,7 @@ typedef struct WorldCells {
     int count[3];
     long solid;
     double size; // of a cell [m]
+    LatticeShells shells;
 } WorldCells;
 
 // A scene that has been built. The arena owns the sim; world_destroy frees everything.

@@ -97,8 +97,10 @@ static double winding(const TriMesh *mesh, Vec3 point)
     return angle / (4.0 * PI);
 }
 
-// Asks for points of the lattice and a margin around it. Returns how many it asked.
-static int compare_inside(const TriMesh *mesh, const Lattice *lattice, int points, uint64_t *seed)
+// Asks for points of the lattice and a margin around it, which are inside by parity, or where
+// parts overlap (`united`) wherever the mesh winds around them. Returns how many it asked.
+static int compare_inside(const TriMesh *mesh, const Lattice *lattice, int points, bool united,
+                          uint64_t *seed)
 {
     int asked = 0;
     for (int p = 0; p < points; p++) {
@@ -111,7 +113,7 @@ static int compare_inside(const TriMesh *mesh, const Lattice *lattice, int point
         if (fabs(turns - rint(turns)) > 1e-6)
             continue;
         asked++;
-        int inside = (int)fabs(fmod(rint(turns), 2.0));
+        int inside = (int)fabs(united ? rint(turns) != 0.0 : fmod(rint(turns), 2.0));
         if (lattice_label(lattice, at[0], at[1], at[2]) != inside)
             fail_msg("cell %d %d %d is %d, winding %g", at[0], at[1], at[2],
                      lattice_label(lattice, at[0], at[1], at[2]), turns);
@@ -120,22 +122,22 @@ static int compare_inside(const TriMesh *mesh, const Lattice *lattice, int point
 }
 
 // Consumes the mesh.
-static void check_mesh(TriMesh *mesh, int cells, uint64_t *seed)
+static void check_mesh(TriMesh *mesh, int cells, bool united, uint64_t *seed)
 {
     SCOPED(lattice_destroy) Lattice lattice, other;
     Status status = {0};
     double size = mesh_extent(mesh) / cells;
-    if (!voxelise(&lattice, mesh, size, &status))
+    if (!voxelise(&lattice, mesh, size, false, &status))
         fail_msg("%s", status.text);
-    assert_true(compare_inside(mesh, &lattice, EFFORT(4000), seed) > EFFORT(4000) * 9 / 10);
-    // The orientation of a triangle and its first corner are nothing to parity.
+    assert_true(compare_inside(mesh, &lattice, EFFORT(4000), united, seed) > EFFORT(4000) * 9 / 10);
+    // Which way the mesh faces, and the first corner of a triangle, are nothing to what is inside.
     for (int t = 0; t < mesh->triangle_count; t++) {
-        int *corner = mesh->triangle[t], k = random_below(seed, 3), l = random_below(seed, 3);
-        int swapped = corner[k];
-        corner[k] = corner[l];
-        corner[l] = swapped;
+        const int old[3] = {mesh->triangle[t][0], mesh->triangle[t][1], mesh->triangle[t][2]};
+        const int k = random_below(seed, 3);
+        for (int c = 0; c < 3; c++)
+            mesh->triangle[t][c] = old[(k + 2 * c) % 3];
     }
-    assert_true(voxelise(&other, mesh, size, &status));
+    assert_true(voxelise(&other, mesh, size, false, &status));
     assert_memory_equal(other.count, lattice.count, sizeof lattice.count);
     assert_memory_equal(&other.origin, &lattice.origin, sizeof lattice.origin);
     assert_memory_equal(other.label, lattice.label,
@@ -147,20 +149,20 @@ TEST(cells_are_inside_as_the_solid_angle_says)
 {
     uint64_t seed = 3;
     TriMesh mesh = make_ball(2, 1.0, vec3(0.1, 0.2, -5.0)), other;
-    check_mesh(&mesh, 23, &seed);
+    check_mesh(&mesh, 23, false, &seed);
     assert_true(generate_stomach(&mesh, 188, 0.25, &(Status){0}));
-    check_mesh(&mesh, 31, &seed);
+    check_mesh(&mesh, 31, false, &seed);
     mesh = make_torus(24, 12, 1.0, 0.4);
-    check_mesh(&mesh, 28, &seed);
+    check_mesh(&mesh, 28, false, &seed);
     mesh = make_torus(24, 12, 1.0, 0.4);
     mesh_place(&mesh, 1e-3, vec3(1.0, 0.5, -0.4), vec3(0.0, 3e-3, 0.0));
-    check_mesh(&mesh, 17, &seed);
+    check_mesh(&mesh, 17, false, &seed);
     mesh = make_ball(2, 1.0, vec3(0.0, 0.0, 0.0));
     other = make_ball(1, 0.7, vec3(1.9, 0.3, 0.4));
     append(&mesh, &other);
     other = make_cuboid(vec3(-2.0, -2.0, -2.0), vec3(-1.0, -1.5, -1.0));
     append(&mesh, &other);
-    check_mesh(&mesh, 30, &seed);
+    check_mesh(&mesh, 30, false, &seed);
 }
 
 TEST(a_shell_within_a_shell_is_a_cavity)
@@ -175,10 +177,86 @@ TEST(a_shell_within_a_shell_is_a_cavity)
         core = make_ball(1, 0.3, vec3(0.0, 0.1, 0.0));
         append(&mesh, &core);
         SCOPED(lattice_destroy) Lattice lattice;
-        assert_true(voxelise(&lattice, &mesh, 1.0 / 15.0, &(Status){0}));
+        assert_true(voxelise(&lattice, &mesh, 1.0 / 15.0, false, &(Status){0}));
         assert_int_equal(lattice_pieces(&lattice), 2);
-        check_mesh(&mesh, 26, &seed);
+        check_mesh(&mesh, 26, false, &seed);
     }
+}
+
+TEST(parts_that_overlap_are_united)
+{
+    uint64_t seed = 6;
+    // Two boxes, either way around, and a third across both; a vessel that ends inside an organ.
+    for (int turned = 0; turned < 2; turned++) {
+        TriMesh mesh = make_cuboid(vec3(0.0, 0.0, 0.0), vec3(40.0, 40.0, 40.0)), other;
+        other = make_cuboid(vec3(20.0, 0.0, 0.0), vec3(60.0, 40.0, 40.0));
+        if (turned)
+            turn_inside_out(&other);
+        append(&mesh, &other);
+        SCOPED(lattice_destroy) Lattice lattice;
+        assert_true(voxelise(&lattice, &mesh, 4.0, false, &(Status){0}));
+        assert_int_equal(lattice_solid(&lattice), 96000 / 64);
+        assert_int_equal(lattice.shells.overlap, 32000 / 64);
+        assert_int_equal(lattice.shells.inner, 0);
+        assert_int_equal(lattice_pieces(&lattice), 1);
+        mesh_destroy(&mesh);
+    }
+    TriMesh mesh = make_ball(3, 1.0, vec3(0.0, 0.0, 0.0)), other;
+    other = make_cuboid(vec3(0.3, -0.2, -0.2), vec3(1.7, 0.2, 0.2));
+    append(&mesh, &other);
+    check_mesh(&mesh, 30, true, &seed);
+    // A tube that crosses itself: its ring is smaller than it is thick.
+    mesh = make_torus(32, 16, 0.5, 0.7);
+    check_mesh(&mesh, 30, true, &seed);
+    // Many at one place, turned at random.
+    mesh = make_cuboid(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+    for (int i = 0; i < 300; i++) {
+        other = make_cuboid(vec3(-1.0, -1.0, -1.0), vec3(1.0, 1.0, 1.0));
+        if (random_below(&seed, 2) == 0)
+            turn_inside_out(&other);
+        append(&mesh, &other);
+    }
+    SCOPED(lattice_destroy) Lattice lattice;
+    assert_true(voxelise(&lattice, &mesh, 0.25, false, &(Status){0}));
+    assert_int_equal(lattice_solid(&lattice), 512);
+    assert_int_equal(lattice.shells.overlap, 300 * 512);
+    mesh_destroy(&mesh);
+}
+
+TEST(a_part_within_another_is_a_hole_or_filled_and_counted)
+{
+    // 60 and 30 mm, and one of 12 mm in the hole: 216000, 27000 and 1728 mm3, in cells of 27.
+    for (int filled = 0; filled < 2; filled++)
+        for (int turned = 0; turned < 2; turned++) {
+            TriMesh mesh = make_cuboid(vec3(-30.0, -30.0, -30.0), vec3(30.0, 30.0, 30.0)), other;
+            other = make_cuboid(vec3(-15.0, -15.0, -15.0), vec3(15.0, 15.0, 15.0));
+            if (turned)
+                turn_inside_out(&other);
+            append(&mesh, &other);
+            other = make_cuboid(vec3(-6.0, -6.0, -6.0), vec3(6.0, 6.0, 6.0));
+            append(&mesh, &other);
+            SCOPED(lattice_destroy) Lattice lattice;
+            assert_true(voxelise(&lattice, &mesh, 3.0, filled, &(Status){0}));
+            assert_int_equal(lattice_solid(&lattice), filled ? 8000 : 8000 - 1000 + 64);
+            assert_int_equal(lattice.shells.count, 3);
+            assert_int_equal(lattice.shells.inner, 1);
+            expect_near(lattice.shells.volume, 27000.0, 1e-10); // rounding of sums of 1e6
+            assert_int_equal(lattice.shells.hollow, 1000 - 64);
+            assert_int_equal(lattice.shells.overlap, 0);
+            assert_int_equal(lattice.shells.claimed, 8000 + 1000 + 64);
+            mesh_destroy(&mesh);
+        }
+    // A vessel that ends in the hole is not within: what it fills of the hole is tissue.
+    TriMesh mesh = make_cuboid(vec3(-30.0, -30.0, -30.0), vec3(30.0, 30.0, 30.0)), other;
+    other = make_cuboid(vec3(-15.0, -15.0, -15.0), vec3(15.0, 15.0, 15.0));
+    append(&mesh, &other);
+    other = make_cuboid(vec3(0.0, -6.0, -6.0), vec3(45.0, 6.0, 6.0));
+    append(&mesh, &other);
+    SCOPED(lattice_destroy) Lattice lattice;
+    assert_true(voxelise(&lattice, &mesh, 3.0, false, &(Status){0}));
+    assert_int_equal(lattice.shells.inner, 1);
+    assert_int_equal(lattice_solid(&lattice), 8000 - 1000 + 16 * (5 + 5));
+    mesh_destroy(&mesh);
 }
 
 TEST(volume_comes_closer_with_smaller_cells)
@@ -188,7 +266,7 @@ TEST(volume_comes_closer_with_smaller_cells)
     for (int cells = 8; cells <= 128; cells *= 2) {
         SCOPED(lattice_destroy) Lattice lattice;
         double size = 0.1 / cells;
-        assert_true(voxelise(&lattice, &mesh, size, &(Status){0}));
+        assert_true(voxelise(&lattice, &mesh, size, false, &(Status){0}));
         double error = (double)lattice_solid(&lattice) * size * size * size / volume - 1.0;
         printf("%3d cells across: volume off by %+.2e\n", cells, error);
         // The pi n^2 cells at the surface of n across are each wrong by up to half a cell, evenly
@@ -210,7 +288,7 @@ TEST(box_of_whole_cells_is_filled_exactly)
         TriMesh mesh =
             make_cuboid(vec3(0.7, -0.3, 5.0), vec3(0.7 + 5 * h, -0.3 + 3 * h, 5 + 7 * h));
         SCOPED(lattice_destroy) Lattice lattice;
-        assert_true(voxelise(&lattice, &mesh, h, &(Status){0}));
+        assert_true(voxelise(&lattice, &mesh, h, false, &(Status){0}));
         assert_int_equal(lattice.count[0], 5);
         assert_int_equal(lattice.count[1], 3);
         assert_int_equal(lattice.count[2], 7);
@@ -236,7 +314,7 @@ static Lattice voxelise_marked(TriMesh *mesh)
     Lattice lattice;
     Status status = {0};
     append_markers(mesh);
-    if (!voxelise(&lattice, mesh, 1.0, &status))
+    if (!voxelise(&lattice, mesh, 1.0, false, &status))
         fail_msg("%s", status.text);
     for (int a = 0; a < 3; a++)
         assert_int_equal(lattice.count[a], 16);
@@ -321,7 +399,7 @@ static void refuse(TriMesh *mesh, double size, const char *text)
 {
     Lattice lattice;
     Status status = {0};
-    assert_false(voxelise(&lattice, mesh, size, &status));
+    assert_false(voxelise(&lattice, mesh, size, false, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_string_equal(status.text, text);
     assert_null(lattice.label);
@@ -355,9 +433,9 @@ TEST(unfit_sizes_are_refused_with_one_that_would_do)
     refuse(&mesh, 0.0035, "cells of 0.0035 m make 23393656, more than 16777216; 0.004 m would do");
     SCOPED(lattice_destroy) Lattice lattice;
     Status status = {0};
-    assert_false(voxelise(&lattice, &mesh, 1e-300, &status));
+    assert_false(voxelise(&lattice, &mesh, 1e-300, false, &status));
     assert_non_null(strstr(status.text, "; 0.0016 m would do"));
-    assert_true(voxelise(&lattice, &mesh, 0.004, &(Status){0}));
+    assert_true(voxelise(&lattice, &mesh, 0.004, false, &(Status){0}));
     assert_int_equal(lattice_solid(&lattice), 250 * 250 * 250);
     mesh_destroy(&mesh);
     mesh = make_torus(12, 6, 1.0, 0.1);

@@ -12,6 +12,7 @@
 #define VOXELS(more)         "model = \"voxel\"; voxels = { " more " };"
 #define MESH(more)           "mesh = { " more " };"
 #define LIVER                "file = \"" LIVER_FILE "\"; size = 0.02;"
+#define NESTED               "mesh = \"nested.obj\"; size = 0.01; "
 #define ONE_CAPSULE          "capsules = ( { radius = 0.01; } );"
 #define TOOL(id, kind, more) "{ id = " id "; kind = \"" kind "\"; " more " }"
 #define PROBE(more)          "tools = ( " TOOL("1", "probe", ONE_CAPSULE more) " );"
@@ -380,6 +381,8 @@ const KeyRow KEY_ROWS[] = {
     {MOVES(VOXELS, mesh, V, SOURCE, NULL, VOXELS("mesh = \"ball.obj\"; size = 0.01;"))},
     {REFUSES(VOXELS, mesh, P, SOURCE, VOXELS("mesh = \"ball.obj\"; size = 0.01; dimensions = 2;"),
              "dimensions 2 means nothing")},
+    {MOVES(VOXELS, inner, V, SOURCE, VOXELS(NESTED), VOXELS(NESTED "inner = \"filled\";"))},
+    {REFUSES(VOXELS, inner, V | P, SOURCE, DISC("inner = \"filled\";"), "inner means nothing")},
     {MOVES(VOXELS, generator, V, SOURCE, NULL, VOXELS("generator = \"ball\"; size = 0.015;"))},
     {MOVES(VOXELS, generator, P, SOURCE, NULL,
            VOXELS("generator = \"box\"; count = 10; size = 0.01; dimensions = 2;"))},

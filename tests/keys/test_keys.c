@@ -24,19 +24,24 @@ typedef struct Outcome {
     char *plan;
 } Outcome;
 
-static void write_ball(const char *name, int subdivisions)
+// A ball, or two of which the second lies within the first.
+static void write_ball(const char *name, int subdivisions, int count)
 {
     SCOPED(mesh_destroy) TriMesh mesh;
     Status status = {0};
     assert_true(generate_ico_sphere(&mesh, subdivisions, 0.04, &status));
     FILE *file = fopen(scratch(name), "w");
     assert_non_null(file);
-    for (int i = 0; i < mesh.node_count; i++)
-        fprintf(file, "v %.9g %.9g %.9g\n", mesh.position[i].x, mesh.position[i].y,
-                mesh.position[i].z);
-    for (int t = 0; t < mesh.triangle_count; t++)
-        fprintf(file, "f %d %d %d\n", mesh.triangle[t][0] + 1, mesh.triangle[t][1] + 1,
-                mesh.triangle[t][2] + 1);
+    for (int k = 0; k < count; k++) {
+        const double scale = k == 0 ? 1.0 : 0.5;
+        for (int i = 0; i < mesh.node_count; i++)
+            fprintf(file, "v %.9g %.9g %.9g\n", scale * mesh.position[i].x,
+                    scale * mesh.position[i].y, scale * mesh.position[i].z);
+        for (int t = 0; t < mesh.triangle_count; t++)
+            fprintf(file, "f %d %d %d\n", mesh.triangle[t][0] + 1 + k * mesh.node_count,
+                    mesh.triangle[t][1] + 1 + k * mesh.node_count,
+                    mesh.triangle[t][2] + 1 + k * mesh.node_count);
+    }
     assert_int_equal(fclose(file), 0);
 }
 
@@ -219,8 +224,9 @@ static int try_made_row(const OptionTable *table, const Option *option, KeyModel
 TEST(every_key_changes_something_or_is_refused)
 {
     int faults = 0;
-    write_ball("ball.obj", 1);
-    write_ball("finer.obj", 2);
+    write_ball("ball.obj", 1, 1);
+    write_ball("finer.obj", 2, 1);
+    write_ball("nested.obj", 1, 2);
     for (int i = 0; i < KEY_ROW_COUNT; i++)
         for (int m = 0; m < KEY_MODELS; m++)
             if ((KEY_ROWS[i].models & 1 << m) != 0 && KEY_ROWS[i].evidence != STREAM)

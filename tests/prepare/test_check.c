@@ -231,6 +231,49 @@ TEST(each_model_has_its_verdict_with_reason_and_cost)
     expect_printed(&result, "  as a solid: no, its surface is not closed\n");
 }
 
+// Boxes of 40 mm, one after the other, from `low` along x, and one of `inner` around the middle.
+static void write_boxes(const char *name, const double *low, int count, double inner)
+{
+    static const char *const faces[] = {"0 2 3 1", "4 5 7 6", "0 1 5 4",
+                                        "2 6 7 3", "0 4 6 2", "1 3 7 5"};
+    FILE *file = fopen(scratch(name), "w");
+    assert_non_null(file);
+    const int boxes = count + (inner > 0.0);
+    fprintf(file, "OFF\n%d %d 0\n", 8 * boxes, 6 * boxes);
+    for (int b = 0; b < boxes; b++)
+        for (int k = 0; k < 8; k++) {
+            const double side = b < count ? 40.0 : inner, at = b < count ? low[b] : 20 - inner / 2;
+            const double around = b < count ? 0.0 : 20 - inner / 2;
+            fprintf(file, "%g %g %g\n", at + (k & 1 ? side : 0.0), around + (k & 2 ? side : 0.0),
+                    around + (k & 4 ? side : 0.0));
+        }
+    for (int b = 0; b < boxes; b++)
+        for (int f = 0; f < 6; f++) {
+            int n[4];
+            sscanf(faces[f], "%d %d %d %d", &n[0], &n[1], &n[2], &n[3]);
+            fprintf(file, "4 %d %d %d %d\n", 8 * b + n[0], 8 * b + n[1], 8 * b + n[2],
+                    8 * b + n[3]);
+        }
+    fclose(file);
+}
+
+TEST(what_becomes_of_several_closed_parts_is_said)
+{
+    static const double low[2] = {0.0, 20.0};
+    Process result;
+    write_boxes("two.off", low, 2, 0.0);
+    run(&result, "--check --units mm two.off");
+    // Of cells that are not a whole part of the overlap, 32 cm3, its volume is about that.
+    expect_printed(&result, "; its parts overlap by about ");
+    assert_null(strstr(result.out, "thin parts"));
+    assert_null(strstr(result.out, "pieces"));
+    write_boxes("nested.off", low, 1, 20.0);
+    run(&result, "--check --units mm nested.off");
+    expect_printed(&result, "; closed parts within others, 1 of 2: cavities of 8 cm3 (the other by "
+                            "voxels.inner = \"filled\")");
+    assert_null(strstr(result.out, "thin parts"));
+}
+
 TEST(what_has_no_time_for_cuts_is_proposed_whole)
 {
     // By the table of costs 8064 springs take 0.56 ms of the 0.6 that bodies have, without cuts.

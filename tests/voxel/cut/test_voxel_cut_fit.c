@@ -244,7 +244,7 @@ TEST(fitted_surface_of_a_mesh_is_near_it)
     SurfaceField field;
     SCOPED(destroy) Fitted it;
     assert_true(generate_ico_sphere(&mesh, 4, 0.05, &(Status){0}));
-    assert_true(voxelise(&lattice, &mesh, 0.005, &(Status){0}));
+    assert_true(voxelise(&lattice, &mesh, 0.005, false, &(Status){0}));
     surface_field_of_mesh(&field, &lattice, &mesh);
     mesh_destroy(&mesh);
     create_of(&it, ball, lattice, field);
