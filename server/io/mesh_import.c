@@ -154,6 +154,76 @@ static bool refuse_binary(const FileBytes *file, size_t triangles, Status *statu
                        file->path, triangles, stl_binary_size(triangles), file->size);
 }
 
+// Other formats that people have, by their first bytes, and what to do with them.
+#define BY_ASSIMP    "convert it with assimp export FILE NEW.stl (Debian: assimp-utils)"
+#define BY_GMSH      "mesh its surface with gmsh FILE -2 -o NEW.stl"
+#define BY_GMSH_SAVE "convert its triangles with gmsh FILE -save -o NEW.stl"
+#define BY_PARAVIEW                                                                                \
+    "open it in ParaView, apply Extract Surface and Triangulate, and save that as STL"
+static const struct {
+    size_t at;
+    const char *magic, *name, *cure;
+} OTHERS[] = {
+    {0, "# vtk DataFile", "legacy VTK", BY_PARAVIEW},
+    {0, "$MeshFormat", "Gmsh MSH", BY_GMSH_SAVE},
+    {0, "MeshVersionFormatted", "Medit MESH", BY_GMSH_SAVE},
+    {0, "ISO-10303-21", "STEP", BY_GMSH},
+    {0, "DBRep_DrawableShape", "OpenCASCADE BREP", BY_GMSH},
+    {0, "Kaydara FBX", "FBX", BY_ASSIMP},
+    {0, "; FBX", "FBX", BY_ASSIMP},
+    {0, "glTF", "binary glTF", BY_ASSIMP},
+    {0, "PK\3\4", "a ZIP archive, as 3MF files are,", "unpack it, or if it is 3MF, " BY_ASSIMP},
+    {0, "#VRML", "VRML", BY_ASSIMP},
+    {0, "#X3D", "X3D", BY_ASSIMP},
+    {0, "BLENDER", "Blender's own format", "export it from Blender as STL"},
+    {0, "\xff\xff\xfe", "FreeSurfer's surface", "convert it with mris_convert FILE NEW.stl"},
+    {0, "\x1f\x8b", "compressed by gzip", "unpack it with gunzip FILE"},
+    {0, "NRRD000", "a label volume (NRRD)", "it is for voxels = { file = ...; }"},
+    {344, "n+1", "a volume (NIfTI)", "it is for voxels = { file = ...; }"},
+    {128, "DICM", "a DICOM image", "segment it, in 3D Slicer for one"},
+    {0, "\x89HDF", "HDF5", "a prepared file is for prepared = ...;"},
+    {0, "version https://git-lfs", "a pointer of Git LFS to a file", "fetch it with git lfs pull"},
+    {0, "\xfe\xff", "text in UTF-16", "convert it with iconv -f UTF-16 -t UTF-8 FILE > NEW"},
+    {0, "\xff\xfe", "text in UTF-16", "convert it with iconv -f UTF-16 -t UTF-8 FILE > NEW"},
+};
+// Those that begin as other texts do, by what their first lines hold.
+static const struct {
+    const char *first, *word, *name, *cure;
+} TEXTS[] = {
+    {"<", "type=\"PolyData\"", "VTK's XML (VTP)", BY_PARAVIEW},
+    {"<", "type=\"UnstructuredGrid\"", "VTK's XML (VTU)", BY_PARAVIEW},
+    {"<", "<VTKFile", "VTK's XML", BY_PARAVIEW},
+    {"<", "<COLLADA", "COLLADA", BY_ASSIMP},
+    {"<", "<X3D", "X3D", BY_ASSIMP},
+    {"<", "<GIFTI", "GIFTI", "convert it with mris_convert FILE NEW.stl"},
+    {"<", "html", "a page of the web, not the file that it leads to", "download that"},
+    {"{", "\"asset\"", "glTF", BY_ASSIMP},
+    {"*", "*NODE", "Abaqus", BY_GMSH_SAVE},
+};
+
+// True with the status set if the file is of a format that is known and not read.
+static bool is_other(const FileBytes *file, Status *status)
+{
+    const char *name = NULL, *cure = NULL, *start = file->bytes;
+    for (size_t i = 0; name == NULL && i < sizeof OTHERS / sizeof *OTHERS; i++) {
+        const size_t length = strlen(OTHERS[i].magic);
+        if (file->size >= OTHERS[i].at + length &&
+            memcmp(start + OTHERS[i].at, OTHERS[i].magic, length) == 0)
+            name = OTHERS[i].name, cure = OTHERS[i].cure;
+    }
+    const size_t size = file->size < START ? file->size : START;
+    start += strncmp(start, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+    start += strspn(start, " \t\r\n");
+    for (size_t i = 0; name == NULL && i < sizeof TEXTS / sizeof *TEXTS; i++)
+        if (*start == *TEXTS[i].first &&
+            memmem(file->bytes, size, TEXTS[i].word, strlen(TEXTS[i].word)) != NULL)
+            name = TEXTS[i].name, cure = TEXTS[i].cure;
+    if (name != NULL)
+        status_fail(status, STATUS_INVALID, "%s: is %s, which is not read as a mesh; %s",
+                    file->path, name, cure);
+    return name != NULL;
+}
+
 static void add_remark(MeshImport *import, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 static void add_remark(MeshImport *import, const char *format, ...)
@@ -207,6 +277,8 @@ static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *d
     *format = "binary STL";
     if (file->size == stl_binary_size(count))
         return stl_read_binary(file, count, draft, status);
+    if (is_other(file, status))
+        return false;
     // What is left are texts, whose last bytes some programs fill with zeros.
     const FileBytes whole = *file;
     drop_final_zeros(file);

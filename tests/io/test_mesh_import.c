@@ -535,6 +535,49 @@ TEST(what_is_no_file_is_refused)
     expect_error(": the file is empty");
 }
 
+TEST(other_formats_are_refused_by_name_with_a_cure)
+{
+    static const struct {
+        size_t at, size;
+        const char *bytes, *name, *cure;
+    } cases[] = {
+        {0, 0, "# vtk DataFile Version 3.0\nx\nBINARY\n", "legacy VTK", "ParaView"},
+        {0, 0, "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">", "(VTU)", "ParaView"},
+        {0, 0, "<VTKFile type=\"PolyData\" version=\"0.1\">", "(VTP)", "ParaView"},
+        {0, 0, "$MeshFormat\n2.2 0 8\n", "Gmsh MSH", "gmsh FILE -save"},
+        {0, 0, "$MeshFormat\n4.1 1 8\n", "Gmsh MSH", "gmsh FILE -save"},
+        {0, 0, "ISO-10303-21;\nHEADER;\n", "STEP", "gmsh FILE -2"},
+        {0, 24, "Kaydara FBX Binary  \0\x1a\0", "FBX", "assimp"},
+        {0, 12, "glTF\2\0\0\0\4\1\0\0", "binary glTF", "assimp"},
+        {0, 0, "\xEF\xBB\xBF{ \"asset\": { \"version\": \"2.0\" } }", "glTF", "assimp"},
+        {0, 10, "PK\3\4\24\0\0\0\0\0", "3MF", "unpack it"},
+        {0, 10, "\x1f\x8b\10\0\0\0\0\0\0\3", "gzip", "gunzip FILE"},
+        {0, 0, "<!DOCTYPE html>\n<html>", "a page of the web", "download"},
+        {0, 0, "version https://git-lfs.github.com/spec/v1\n", "Git LFS", "git lfs pull"},
+        {0, 8, "\xfe\xff\0v\0 \0\060", "UTF-16", "iconv"},
+        {0, 0, "NRRD0004\ntype: uint8\n", "label volume (NRRD)", "voxels = { file"},
+        {128, 8, "DICM\2\0\0\0", "DICOM", "segment it"},
+        {344, 4, "n+1", "NIfTI", "voxels = { file"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        // Text behind, as if the file went on; what is told must not need it.
+        char bytes[600];
+        TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        memset(bytes, ' ', sizeof bytes);
+        memset(bytes, 0, cases[i].at);
+        memcpy(bytes + cases[i].at, cases[i].bytes,
+               cases[i].size > 0 ? cases[i].size : strlen(cases[i].bytes));
+        write_bytes(bytes, sizeof bytes);
+        assert_false(mesh_import(path, &mesh, &import, &status));
+        expect_in(status.text, cases[i].name);
+        expect_in(status.text, ", which is not read as a mesh; ");
+        expect_in(status.text, cases[i].cure);
+        assert_null(strchr(status.text, '\n'));
+    }
+}
+
 // Cut anywhere, a file is either refused with its name or still a whole mesh.
 static void expect_no_crash_when_cut(const void *bytes, size_t size)
 {
