@@ -120,4 +120,16 @@ typedef struct MeshQuality {
 void mesh_quality_measure(const TriMesh *mesh, MeshQuality *quality);
 void mesh_quality_destroy(MeshQuality *quality);
 
+// --- crossings.c ---
+
+// Triangles without a common node that pass through each other; those that only touch do not.
+typedef struct MeshCrossings {
+    long pairs;
+    int first, second; // triangles of one pair, or -1
+    bool all;          // else there were too many beside each other to look at all of them
+} MeshCrossings;
+
+// Requires a mesh that passes mesh_check.
+MeshCrossings mesh_find_crossings(const TriMesh *mesh);
+
 #endif

@@ -53,6 +53,20 @@ static void print_components(const MeshQuality *quality, FILE *out)
         fprintf(out, "    and %d more\n", quality->component_count - COMPONENTS_SHOWN);
 }
 
+// Says where the surface passes through itself: as a solid that is united, as a wall it stays.
+static void print_crossings(const TriMesh *mesh, FILE *out)
+{
+    const MeshCrossings found = mesh_find_crossings(mesh);
+    if (found.pairs == 0)
+        return;
+    fprintf(out,
+            "  crossings: %s%ld pair%s of triangles pass%s through each other, as at nodes %d "
+            "and %d\n",
+            found.all ? "" : "at least ", found.pairs, found.pairs == 1 ? "" : "s",
+            found.pairs == 1 ? "es" : "", name_of(mesh, mesh->triangle[found.first][0]),
+            name_of(mesh, mesh->triangle[found.second][0]));
+}
+
 static void print_box(const Box *box, FILE *out)
 {
     const Vec3 low = box_low(box), high = box_high(box);
@@ -168,6 +182,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
     fprintf(out, "  nodes: %d, edges: %d, triangles: %d%s\n", mesh->node_count, quality.edge_count,
             mesh->triangle_count, mesh->uv != NULL ? ", with texture coordinates" : "");
     print_components(&quality, out);
+    print_crossings(mesh, out);
     print_shape(mesh, &quality, out);
     print_even(&quality, scale, out);
     mesh_quality_destroy(&quality);

@@ -255,3 +255,50 @@ TEST(random_triangles_never_crash)
     }
     assert_true(valid > 100); // both ways were taken
 }
+
+// --- crossings ---
+
+// Adds a needle of three faces and a base around a line along z, from `low` to `high`, to a sheet.
+static TriMesh sheet_and_needle(double x, double y, double low, double high, double scale)
+{
+    TriMesh sheet, mesh;
+    assert_true(generate_sheet(&sheet, 12, 12, 1.0, 1.0, &(Status){0}));
+    mesh_create(&mesh, sheet.node_count + 4, sheet.triangle_count + 4);
+    memcpy(mesh.position, sheet.position, (size_t)sheet.node_count * sizeof *sheet.position);
+    memcpy(mesh.triangle, sheet.triangle, (size_t)sheet.triangle_count * sizeof *sheet.triangle);
+    const int n = sheet.node_count, face[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    const Vec3 corner[4] = {
+        {x - 1e-3, y, low}, {x + 1e-3, y, low}, {x, y + 1e-3, low}, {x, y, high}};
+    memcpy(mesh.position + n, corner, sizeof corner);
+    for (int t = 0; t < 4; t++)
+        for (int k = 0; k < 3; k++)
+            mesh.triangle[sheet.triangle_count + t][k] = n + face[t][k];
+    mesh_destroy(&sheet);
+    mesh_place(&mesh, scale, vec3(0.3, -1.1, 0.7), vec3(0.2, -0.1, 0.4));
+    return mesh;
+}
+
+TEST(triangles_that_pass_through_each_other_are_counted)
+{
+    // Within one triangle of the sheet, whose sides are 1/11, all three sides of the needle pass.
+    static const struct {
+        double low, high;
+        long pairs;
+    } cases[] = {{-0.2, 0.3, 3}, {0.01, 0.3, 0}, {-0.3, -0.01, 0}, {0.4, -0.1, 3}};
+    for (size_t i = 0; i < 4; i++)
+        for (double scale = 1e-3; scale < 1e4; scale *= 1e3) {
+            SCOPED(mesh_destroy)
+            TriMesh mesh = sheet_and_needle(0.018, 0.027, cases[i].low, cases[i].high, scale);
+            const MeshCrossings found = mesh_find_crossings(&mesh);
+            assert_int_equal(found.pairs, cases[i].pairs);
+            assert_true(found.all);
+            assert_int_equal(found.first >= 0, cases[i].pairs > 0);
+        }
+}
+
+TEST(a_sound_surface_does_not_cross_itself)
+{
+    SCOPED(mesh_destroy) TriMesh mesh;
+    assert_true(generate_stomach(&mesh, 2000, 0.25, &(Status){0}));
+    assert_int_equal(mesh_find_crossings(&mesh).pairs, 0);
+}
