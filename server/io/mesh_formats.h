@@ -76,6 +76,13 @@ bool ply_is(const FileBytes *file);
 // `format` to "ASCII PLY" and the like.
 bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
 
+// Legacy VTK with DATASET POLYDATA: ASCII and binary.
+// True if the file begins as a legacy VTK file does.
+bool vtk_is(const FileBytes *file);
+// Adds points, polygons and strips to a draft, or fails. Sets `format` to "ASCII VTK" or "binary
+// VTK".
+bool vtk_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
+
 // STL, ASCII and binary.
 // Each adds triangles to a draft, three nodes per triangle, or fails with file and line.
 bool stl_read_ascii(const FileBytes *file, MeshDraft *draft, Status *status);

@@ -164,7 +164,6 @@ static const struct {
     size_t at;
     const char *magic, *name, *cure;
 } OTHERS[] = {
-    {0, "# vtk DataFile", "legacy VTK", BY_PARAVIEW},
     {0, "$MeshFormat", "Gmsh MSH", BY_GMSH_SAVE},
     {0, "MeshVersionFormatted", "Medit MESH", BY_GMSH_SAVE},
     {0, "ISO-10303-21", "STEP", BY_GMSH},
@@ -268,9 +267,11 @@ static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *d
                        MeshImport *import, Status *status)
 {
     const char **format = &import->format;
-    // By content: PLY has a magic word, a binary STL the right size.
+    // By content: PLY and VTK have magic words, a binary STL the right size.
     if (ply_is(file))
         return ply_read(file, draft, format, status);
+    if (vtk_is(file))
+        return vtk_read(file, draft, format, status);
     // A binary STL may begin with 'solid' like a text, but no text has just this size, because four
     // characters read as a count announce more than 25 GB.
     size_t count = stl_binary_count(file);

@@ -48,6 +48,21 @@ def meshes():
         data += struct.pack("<3f", 0, 0, 0) + b"".join(struct.pack("<3f", *POINTS[c]) for c in f)
         data += b"\0\0"
     put("stl", "binary", data)
+    put("stl", "tail", data + b"behind")
+    put("obj", "seam", "# SPACE=RAS\n" + "\n".join("v %g %g %.12g" % p for p in BASE + [(0, 1e-9, 1e-9), (0.05, 0.05, 0.100000001)])
+        + "\nf 1 4 3 2\nf 1/ 2/ 5/\nf 2 3 5\nf 3 4 5\nf 4// 6// 7//\n")
+    floats = b"".join(struct.pack(">3f", *p) for p in POINTS)
+    vtk = "# vtk DataFile Version %s\na\n%s\nDATASET POLYDATA\n"
+    put("vtk", "polygons", vtk % ("3.0", "ASCII") + "POINTS 4 double\n" + "%g %g %g\n" * 4 % sum(POINTS, ())
+        + "VERTICES 1 2\n1 0\nPOLYGONS 4 16\n" + "".join("3 %d %d %d\n" % f for f in FACES) + "POINT_DATA 4\n")
+    put("vtk", "strips", vtk % ("5.1", "ASCII") + "FIELD a 1\nb 1 2 int\n7 8\nPOINTS 4 float\n"
+        + "%g %g %g\n" * 4 % sum(POINTS, ()) + "TRIANGLE_STRIPS 2 6\nOFFSETS vtktypeint64\n0 6\n"
+        "CONNECTIVITY vtktypeint64\n0 2 1 3 0 2\n")
+    put("vtk", "binary", (vtk % ("3.0", "BINARY") + "POINTS 4 float\n").encode() + floats + b"\nPOLYGONS 4 16\n"
+        + b"".join(struct.pack(">4i", 3, *f) for f in FACES))
+    put("vtk", "offsets", (vtk % ("5.1", "BINARY") + "POINTS 4 float\n").encode() + floats
+        + b"\nMETADATA\nINFORMATION 0\n\nPOLYGONS 5 12\nOFFSETS vtktypeint64\n" + struct.pack(">5q", 0, 3, 6, 9, 12)
+        + b"\nCONNECTIVITY vtktypeint64\n" + b"".join(struct.pack(">3q", *f) for f in FACES))
     for kind, end in (("ascii", None), ("binary_little_endian", "<"), ("binary_big_endian", ">")):
         head = ("ply\nformat %s 1.0\ncomment c\nelement vertex %d\nproperty double x\n"
                 "property float y\nproperty float z\nproperty uchar red\nelement face %d\n"

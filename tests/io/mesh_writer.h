@@ -19,6 +19,8 @@ typedef enum MeshFormat {
     WRITE_PLY_LITTLE,
     WRITE_PLY_BIG,
     WRITE_OFF,
+    WRITE_VTK_ASCII,
+    WRITE_VTK_BINARY,
     WRITE_FORMATS
 } MeshFormat;
 
@@ -28,7 +30,9 @@ static const char *const MESH_FORMAT_NAMES[WRITE_FORMATS] = {"OBJ",
                                                              "ASCII PLY",
                                                              "binary little-endian PLY",
                                                              "binary big-endian PLY",
-                                                             "OFF"};
+                                                             "OFF",
+                                                             "ASCII VTK",
+                                                             "binary VTK"};
 
 static inline bool mesh_format_is_stl(MeshFormat format)
 {
@@ -163,6 +167,46 @@ static inline void write_obj_or_off(FILE *out, const MeshDraft *draft, bool off)
     }
 }
 
+// ASCII with cells as before version 5.1, binary as since.
+static inline void write_vtk(FILE *out, const MeshDraft *draft, bool ascii)
+{
+    fprintf(out, "# vtk DataFile Version %s\nwritten by nobody\n%s\nDATASET POLYDATA\n",
+            ascii ? "3.0" : "5.1", ascii ? "ASCII" : "BINARY");
+    fprintf(out, "POINTS %d double\n", draft->node_count);
+    for (int i = 0; i < draft->node_count; i++) {
+        const double x[3] = {draft->position[i].x, draft->position[i].y, draft->position[i].z};
+        for (int k = 0; k < 3; k++) {
+            if (ascii)
+                fprintf(out, "%.17g%s", x[k], k == 2 ? "\n" : " ");
+            else
+                write_number(out, &x[k], 8, true);
+        }
+    }
+    const int corners = draft->polygon_count > 0 ? draft->end[draft->polygon_count - 1] : 0;
+    if (ascii) {
+        fprintf(out, "POLYGONS %d %d\n", draft->polygon_count, draft->polygon_count + corners);
+        for (int p = 0; p < draft->polygon_count; p++) {
+            fprintf(out, "%d", draft->end[p] - mesh_draft_start(draft, p));
+            for (int c = mesh_draft_start(draft, p); c < draft->end[p]; c++)
+                fprintf(out, " %d", draft->corner[c]);
+            fprintf(out, "\n");
+        }
+        return;
+    }
+    fprintf(out, "\nMETADATA\nINFORMATION 0\n\nPOLYGONS %d %d\nOFFSETS vtktypeint64\n",
+            draft->polygon_count + 1, corners);
+    for (int p = 0; p <= draft->polygon_count; p++) {
+        const int64_t at = p == 0 ? 0 : draft->end[p - 1];
+        write_number(out, &at, 8, true);
+    }
+    fprintf(out, "\nCONNECTIVITY vtktypeint64\n");
+    for (int c = 0; c < corners; c++) {
+        const int64_t node = draft->corner[c];
+        write_number(out, &node, 8, true);
+    }
+    fprintf(out, "\n");
+}
+
 // The file as it would stand on disk; the caller frees bytes.at.
 static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
 {
@@ -172,6 +216,8 @@ static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
         abort();
     if (mesh_format_is_stl(format))
         write_stl(out, draft, format == WRITE_STL_ASCII);
+    else if (format == WRITE_VTK_ASCII || format == WRITE_VTK_BINARY)
+        write_vtk(out, draft, format == WRITE_VTK_ASCII);
     else if (format == WRITE_OBJ || format == WRITE_OFF)
         write_obj_or_off(out, draft, format == WRITE_OFF);
     else

@@ -384,6 +384,8 @@ TEST(noise_behind_a_formats_first_word_is_refused)
     static const char *const first[] = {"ply\nformat binary_little_endian 1.0\n",
                                         "ply\n",
                                         "OFF\n",
+                                        "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET POLYDATA\n",
+                                        "# vtk DataFile Version 3.0\nx\nASCII\n",
                                         "OFF 3 1 0\n",
                                         "solid \n",
                                         "v 0 0 0\nf ",

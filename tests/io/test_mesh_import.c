@@ -535,13 +535,59 @@ TEST(what_is_no_file_is_refused)
     expect_error(": the file is empty");
 }
 
+TEST(vtk_of_every_kind_is_read)
+{
+    // A tetrahedron as one strip, as polygons in single precision behind points, lines and a field,
+    // and with data behind; the last in binary, of which a number is a word here.
+    static const char head[] = "# vtk DataFile Version 4.2\n3D Slicer output. SPACE=RAS\n";
+    static const char points[] = "DATASET POLYDATA\nPOINTS 4 float\n";
+    char text[1024];
+    for (int kind = 0; kind < 3; kind++) {
+        SCOPED(mesh_destroy) TriMesh mesh;
+        MeshImport import;
+        Status status = {0};
+        size_t size =
+            (size_t)snprintf(text, sizeof text, "%s%s\n%s%s", head, kind == 2 ? "BINARY" : "ASCII",
+                             kind == 1 ? "" : points,
+                             kind == 0   ? "0 0 0 1 0 0\n0 1 0 0 0 1\n"
+                                           "TRIANGLE_STRIPS 1 7\n6 0 2 1 3 0 2\n"
+                             : kind == 1 ? "DATASET POLYDATA\nFIELD FieldData 1\nspace 1 2 int\n"
+                                           "7 8\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n"
+                                           "VERTICES 1 2\n1 0\nLINES 1 3\n2 0 1\nPOLYGONS 4 16\n"
+                                           "3 0 2 1 3 0 1 3 3 1 2 3 3 2 0 3\nPOINT_DATA 4\nx"
+                                         : "");
+        if (kind == 2) {
+            static const float x[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+            static const int cells[16] = {3, 0, 2, 1, 3, 0, 1, 3, 3, 1, 2, 3, 3, 2, 0, 3};
+            for (int i = 0; i < 12 + 16; i++) {
+                uint32_t bits = i < 12 ? 0 : (uint32_t)cells[i - 12];
+                if (i < 12)
+                    memcpy(&bits, &x[i], sizeof bits);
+                if (i == 12)
+                    size += (size_t)snprintf(text + size, sizeof text - size, "\nPOLYGONS 4 16\n");
+                for (int k = 3; k >= 0; k--)
+                    text[size++] = (char)(bits >> 8 * k);
+            }
+        }
+        write_bytes(text, size);
+        expect_ok(mesh_import(path, &mesh, &import, &status), status);
+        assert_int_equal(mesh.triangle_count, 4);
+        expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-15); // exact but for rounding
+        assert_int_equal(strncmp(import.remarks, "its first lines state SPACE=RAS", 31), 0);
+        assert_int_equal(import.repairs.turned_faces, 0);
+    }
+    expect_text_error(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\n",
+        ":4: of VTK's data sets only POLYDATA is a surface: in ParaView Extract Surface "
+        "makes it of 'UNSTRUCTURED_GRID'");
+}
+
 TEST(other_formats_are_refused_by_name_with_a_cure)
 {
     static const struct {
         size_t at, size;
         const char *bytes, *name, *cure;
     } cases[] = {
-        {0, 0, "# vtk DataFile Version 3.0\nx\nBINARY\n", "legacy VTK", "ParaView"},
         {0, 0, "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">", "(VTU)", "ParaView"},
         {0, 0, "<VTKFile type=\"PolyData\" version=\"0.1\">", "(VTP)", "ParaView"},
         {0, 0, "$MeshFormat\n2.2 0 8\n", "Gmsh MSH", "gmsh FILE -save"},
