@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads mesh files to TriMesh: OBJ, STL and PLY (ASCII and binary), OFF, recognised by content, not
-// by name.
+// Reads mesh files to TriMesh: OBJ, STL, PLY and legacy VTK (ASCII and binary), OFF, recognised by
+// content, not by name.
 #ifndef PLIANT_IO_MESH_IMPORT_H
 #define PLIANT_IO_MESH_IMPORT_H
 

@@ -458,8 +458,8 @@ static int check_frames(const Subject *mesh, const Subject *volume)
         return 0;
     log_line(LOG_WARNING,
              "%s:%d: body \"%s\" misses body \"%s\", but would not if it were turned by 180 "
-             "degrees about z: its mesh %s, labels are read in LPS: is it in RAS? rotation = [0.0, "
-             "0.0, 3.14159265];",
+             "degrees about z: its mesh %s, labels are read in LPS: is it in RAS? place = { "
+             "rotation = [0.0, 0.0, 3.14159265]; };",
              mesh->scene->path, mesh->line, mesh->made->name, volume->made->name, mesh_frame(file));
     return 1;
 }

@@ -38,8 +38,9 @@ static const Option VOXELS_OPTIONS[] = {
      .only = FROM(VOXELS_FILE),
      .about = "With `file`: the labels that belong to the body, one or a list of up to 255."},
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
-     .about = "Closed OBJ, STL, PLY or OFF mesh, relative to the scene's folder, whose inside is "
-              "filled with cells of `size`."},
+     .about =
+         "Closed OBJ, STL, PLY, OFF or VTK mesh, relative to the scene's folder, whose inside is "
+         "filled with cells of `size`."},
     {"inner", OPTION_WORD, AT(voxels.inner), "", .words = INNER_WORDS, .preset = INNER_CAVITY,
      .only = FROM(VOXELS_MESH),
      .about = "`mesh`: a closed part that lies wholly within another is a cavity, or filled. Parts "
@@ -307,7 +308,7 @@ typedef struct SkinGroup {
 
 static const Option SKIN_OPTIONS[] = {
     {"mesh", OPTION_STRING, offsetof(SkinGroup, mesh), "", .low = 1, .high = SCENE_FILE_MAX,
-     .required = true, .about = "OBJ, STL, PLY or OFF file, relative to the scene's folder."},
+     .required = true, .about = "OBJ, STL, PLY, OFF or VTK file, relative to the scene's folder."},
     {"scale", OPTION_REAL, offsetof(SkinGroup, scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
      .about = "Metres per unit of the file; 0.001 for millimetres."},
     {"place", OPTION_GROUP, offsetof(SkinGroup, place), "", .preset_text = "as it is",
