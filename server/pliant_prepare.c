@@ -22,6 +22,7 @@ typedef struct PrepareArguments {
     double scale; // 0: not given
     double weld;  // of a repair [units of the file]; 0: not given
     int model;    // SceneModel to propose; -1: the better one
+    LabelChoice choice;
     bool check, propose, repair;
 } PrepareArguments;
 
@@ -73,6 +74,11 @@ static const ArgumentRow ROWS[] = {
              "are guessed from the file's first lines or the size"},
     {"scale", 0, ARGUMENT_NUMBER, "S", AT(scale), 0.0, 1e6, .open = true, // as a scene allows
      .help = "Metres per unit of the files; 0.001 for millimetres"},
+    {"label", 0, ARGUMENT_TEXT, "L", AT(choice.label),
+     .help = "Label of a volume, by its number or name; without it the largest"},
+    {"layer", 0, ARGUMENT_INTEGER, "N", AT(choice.layer), 1, VOLUME_MOST_VOXELS,
+     .help = "Layer or frame of a volume file with several, from 1; without it all are looked "
+             "through"},
     {"model", 0, ARGUMENT_OTHER, "M", .handler = take_model,
      .help = "Model to propose: surface (a wall) or voxel (a solid)"},
     {.type = ARGUMENT_HEADING, .help = "Scenes:"},
@@ -100,6 +106,8 @@ static bool check_together(void *target, Status *why)
                            "its own");
     if (!a->repair && a->weld > 0.0)
         return status_fail(why, STATUS_INVALID, "--weld goes with --repair");
+    if (!judges && (a->choice.label != NULL || a->choice.layer > 0))
+        return status_fail(why, STATUS_INVALID, "--label and --layer go with --check or --propose");
     if (!a->propose && a->model >= 0)
         return status_fail(why, STATUS_INVALID, "--model goes with --propose");
     if (a->output != NULL && a->file_count > 1)
@@ -126,7 +134,8 @@ static int check_meshes(const PrepareArguments *arguments)
     StatusCode worst = STATUS_OK;
     for (int i = 0; i < arguments->file_count; i++) {
         Status status = {0};
-        if (mesh_report_print(arguments->file[i], arguments->scale, stdout, &status))
+        if (mesh_report_print(arguments->file[i], arguments->scale, arguments->choice, stdout,
+                              &status))
             continue;
         fflush(stdout);
         fprintf(stderr, "%s\n", status.text);
@@ -246,15 +255,26 @@ static int repair(const PrepareArguments *arguments)
     return arguments_exit(&status);
 }
 
+// Says which of several labels was taken.
+static void print_taken(const Proposals *all, LabelChoice choice)
+{
+    if (all->subject.volume)
+        printf("  label: %d%s of %d (--check lists them, --label chooses)\n", all->subject.label,
+               choice.label == NULL ? ", the largest" : "", all->labels.count);
+    if (all->frame.notes[0] != '\0')
+        printf("  assumed: %s\n", all->frame.notes);
+}
+
 static int propose(const PrepareArguments *arguments)
 {
     Status status = {0};
-    Proposals proposals;
+    Proposals proposals = {0};
     double scale;
     const char *path = arguments->file[0];
     // Try both models; the better one, or the one that was asked for, becomes the scene.
     if (find_scale(arguments, &scale, &status) &&
-        proposal_judge(path, scale, &proposals, &status)) {
+        proposal_judge(path, scale, arguments->choice, &proposals, &status)) {
+        print_taken(&proposals, arguments->choice);
         const Verdict *best =
             arguments->model < 0 ? proposal_best(&proposals) : &proposals.verdict[arguments->model];
         proposal_print(&proposals, stdout);
@@ -267,6 +287,7 @@ static int propose(const PrepareArguments *arguments)
             printf("%s: a scene with it as a %s\n", arguments->output,
                    best->proposal.model == MODEL_SURFACE ? "wall" : "solid");
     }
+    proposals_destroy(&proposals);
     return arguments_exit(&status);
 }
 

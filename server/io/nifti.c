@@ -70,20 +70,25 @@ static bool read_bytes(Nifti *nifti)
 
 // --- checks ---
 
-static bool check_dimensions(const Nifti *nifti)
+static bool check_dimensions(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
 {
     const short *dim = nifti->header.dim;
     if (dim[0] < 3 || dim[0] > 7)
         return status_fail(nifti->status, STATUS_INVALID,
                            "%s: has %d dimensions, not 3 as a volume", nifti->file->path, dim[0]);
-    // A fourth axis would be time or values.
-    for (int d = 1; d <= dim[0]; d++)
-        if (dim[d] < 1 || (d > 3 && dim[d] != 1))
-            return status_fail(nifti->status, STATUS_INVALID,
-                               d > 3 && dim[d] > 1
-                                   ? "%s: holds %d volumes or values a voxel (dim[%d]), not one"
-                                   : "%s: has %d voxels along dim[%d]",
+    // Whatever is behind the third axis counts volumes.
+    double layers = 1.0;
+    for (int d = 1; d <= dim[0]; d++) {
+        if (dim[d] < 1)
+            return status_fail(nifti->status, STATUS_INVALID, "%s: has %d voxels along dim[%d]",
                                nifti->file->path, dim[d], d);
+        layers *= d > 3 ? dim[d] : 1;
+    }
+    if (layers > VOLUME_MOST_VOXELS)
+        return status_fail(nifti->status, STATUS_INVALID, "%s: holds %.4g volumes, more than %d",
+                           nifti->file->path, layers, VOLUME_MOST_VOXELS);
+    data->inner = (long)dim[1] * dim[2] * dim[3];
+    volume->layers = (int)layers;
     return true;
 }
 
@@ -161,6 +166,44 @@ static Vec3 from_ras(double x, double y, double z, double metres)
     return vec3(-x * metres, -y * metres, z * metres);
 }
 
+// Notes by how much the sform, which is taken, differs from spacings and qform.
+static void note_differences(const nifti_image *image, const float pixdim[8], double metres,
+                             LabelVolume *volume)
+{
+    const double share = 0.01; // of a voxel: more than single precision loses
+    const mat44 *s = &image->sto_xyz, *q = &image->qto_xyz;
+    double length[3], least = HUGE_VAL, far = 0.0;
+    bool differ = false;
+    for (int a = 0; a < 3; a++) {
+        length[a] = vec3_length(vec3((double)s->m[0][a], (double)s->m[1][a], (double)s->m[2][a]));
+        least = fmin(least, length[a]);
+        differ |= fabs((double)pixdim[a + 1] - length[a]) > share * length[a];
+    }
+    if (differ)
+        volume_note(volume,
+                    "its sform was taken, with voxels of %.4g x %.4g x %.4g mm; pixdim says %.4g x "
+                    "%.4g x %.4g",
+                    1e3 * metres * length[0], 1e3 * metres * length[1], 1e3 * metres * length[2],
+                    1e3 * metres * (double)pixdim[1], 1e3 * metres * (double)pixdim[2],
+                    1e3 * metres * (double)pixdim[3]);
+    // The corners differ most.
+    for (int k = 0; k < 8 && image->qform_code > 0; k++) {
+        double square = 0.0;
+        for (int r = 0; r < 3; r++) {
+            double d = (double)s->m[r][3] - (double)q->m[r][3];
+            for (int a = 0; a < 3; a++)
+                if (k >> a & 1)
+                    d += (volume->count[a] - 1) * ((double)s->m[r][a] - (double)q->m[r][a]);
+            square += d * d;
+        }
+        far = fmax(far, sqrt(square));
+    }
+    if (far > share * least)
+        volume_note(volume,
+                    "its sform was taken; by its qform voxels would be up to %.3g mm elsewhere",
+                    1e3 * metres * far);
+}
+
 static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
 {
     double metres = 0.0;
@@ -185,6 +228,8 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
     }
     if (turned)
         volume->origin = from_ras((double)m.m[0][3], (double)m.m[1][3], (double)m.m[2][3], metres);
+    if (image->sform_code > 0)
+        note_differences(image, nifti->header.pixdim, metres, volume);
     // A scale other than identity applies to the labels.
     double slope = (double)image->scl_slope, inter = (double)image->scl_inter;
     if (slope != 1.0 || inter != 0.0) {
@@ -256,6 +301,6 @@ bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *
     Nifti nifti = {.file = file, .status = status};
     volume->format = "NIfTI-1";
     return library_load(&nifti_library, file->path, status) && read_bytes(&nifti) &&
-           check_dimensions(&nifti) && find_type(&nifti, data) && check_spacing(&nifti) &&
-           place(&nifti, volume, data) && find_data(&nifti, data);
+           check_dimensions(&nifti, volume, data) && find_type(&nifti, data) &&
+           check_spacing(&nifti) && place(&nifti, volume, data) && find_data(&nifti, data);
 }

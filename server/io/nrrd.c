@@ -10,6 +10,7 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,6 +36,7 @@ typedef struct Header {
     size_t size;                       // of the header in the file, including the empty line
     bool ended;                        // by an empty line
     const char *value[nrrdField_last]; // by field, or NULL
+    LabelVolume *volume;
     Status *status;
 } Header;
 
@@ -55,11 +57,61 @@ static const char *show(const char *text, char shown[41])
     return shown;
 }
 
-// Reads a line "field: value"; ignores key:=value and comments.
+// Copies a name without what is not printable, cut before a character that does not fit.
+static void copy_name(const char *from, char name[VOLUME_NAME])
+{
+    size_t length = 0;
+    for (; *from != 0 && length < VOLUME_NAME - 1; from++)
+        name[length++] = (unsigned char)*from < 32 || *from == 127 || *from == '"' ? '?' : *from;
+    // Bytes 10xxxxxx go on with a character, of which no part is kept.
+    if (((unsigned char)*from & 0xc0) == 0x80) {
+        while (length > 0 && ((unsigned char)name[length - 1] & 0xc0) == 0x80)
+            length--;
+        length -= length > 0;
+    }
+    name[length] = 0;
+}
+
+// Returns segment `number`, which it adds with those before it.
+static VolumeSegment *find_segment(LabelVolume *volume, int number)
+{
+    if (volume->segment == NULL)
+        volume->segment = calloc(VOLUME_MOST_LABELS, sizeof *volume->segment);
+    ASSERT(volume->segment != NULL);
+    // What 3D Slicer wrote before it had layers: one a segment, with the value 1.
+    for (; volume->segment_count <= number; volume->segment_count++)
+        volume->segment[volume->segment_count] =
+            (VolumeSegment){.label = 1, .layer = volume->segment_count + 1, .colour = {-1.0F}};
+    return &volume->segment[number];
+}
+
+// Reads 3D Slicer's "SegmentN_Name:=liver" and its like; whatever else is no concern of ours.
+static void read_segment(LabelVolume *volume, const char *line)
+{
+    char key[16] = "";
+    int number = -1, at = 0, whole;
+    if (sscanf(line, "Segment%4d_%15[A-Za-z]:=%n", &number, key, &at) < 2 || at == 0 ||
+        number < 0 || number >= VOLUME_MOST_LABELS)
+        return;
+    const char *value = line + at;
+    if (strcmp(key, "Name") == 0)
+        copy_name(value, find_segment(volume, number)->name);
+    else if (strcmp(key, "LabelValue") == 0 && sscanf(value, "%9d", &whole) == 1)
+        find_segment(volume, number)->label = whole;
+    else if (strcmp(key, "Layer") == 0 && sscanf(value, "%6d", &whole) == 1 && whole >= 0)
+        find_segment(volume, number)->layer = whole + 1;
+    else if (strcmp(key, "Color") == 0) {
+        float *colour = find_segment(volume, number)->colour;
+        if (sscanf(value, "%f %f %f", &colour[0], &colour[1], &colour[2]) != 3)
+            colour[0] = -1.0F;
+    }
+}
+
+// Reads a line "field: value"; of pairs key:=value only those of segments.
 static bool read_line(Header *header, char *line, int number)
 {
-    // Comments and pairs of key and value mean nothing to us.
     char shown[41];
+    read_segment(header->volume, line);
     char *colon = strstr(line, ": ");
     bool keyed = strstr(line, ":=") != NULL;
     if (line[0] == '#' || (colon == NULL && keyed))
@@ -265,8 +317,16 @@ static bool has_directions(const Nrrd *nrrd)
     return false;
 }
 
-// Finds the three spatial axes; the others have one sample each.
-static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], LabelVolume *volume)
+// True of an axis along which there may be one label image beside the other, not values of one.
+static bool is_layered(const NrrdAxisInfo *axis)
+{
+    return axis->kind == nrrdKindUnknown || axis->kind == nrrdKindList ||
+           axis->kind == nrrdKindTime || axis->kind == nrrdKindDomain;
+}
+
+// Finds the three spatial axes; the others have one sample each, but one that counts layers.
+static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], LabelVolume *volume,
+                      VolumeData *data)
 {
     bool directed = has_directions(nrrd), is_space[NRRD_DIM_MAX] = {false};
     int spatial = 0;
@@ -286,10 +346,18 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
         return status_fail(header->status, STATUS_INVALID,
                            "%s: has %d axes of space, not 3 as a volume", header->file->path,
                            spatial);
-    // Every other axis must have one sample: a label per voxel.
+    // Of every other axis but one of layers there is one sample: a label per voxel.
     spatial = 0;
-    for (unsigned a = 0; a < nrrd->dim; a++) {
+    double inner = 1.0;
+    for (unsigned a = 0; a < nrrd->dim; inner *= (double)nrrd->axis[a++].size) {
         size_t size = nrrd->axis[a].size;
+        if (is_layered(&nrrd->axis[a]) && !is_space[a] && size > 1 && volume->layers == 1 &&
+            size <= VOLUME_MOST_VOXELS) {
+            // More voxels than this are refused later.
+            data->inner = (long)fmin(inner, VOLUME_MOST_VOXELS);
+            volume->layers = (int)size;
+            continue;
+        }
         if (!is_space[a] && size != 1)
             return status_fail(header->status, STATUS_INVALID,
                                "%s: has %zu values a voxel, along axis %u, not one label",
@@ -500,7 +568,7 @@ static bool find_data(const Header *header, const LabelVolume *volume, VolumeDat
         return fail(header, "byte skip is -1, which only raw voxels can have");
     // -1: the voxels are the last bytes of the file.
     double voxels = (double)volume->count[0] * (double)volume->count[1] * (double)volume->count[2];
-    double total = voxels * voxel_type_size(data->type);
+    double total = voxels * volume->layers * voxel_type_size(data->type);
     if (bytes == -1 && total <= (double)(file->size - data->offset))
         data->offset = file->size - (long long)total;
     else if (data->encoding == ENCODING_GZIP)
@@ -515,7 +583,7 @@ static bool read_all(Header *header, Nrrd *nrrd, NrrdIoState *state, LabelVolume
 {
     int axis[3];
     if (!read_text(header) || !parse(header, nrrd, state) ||
-        !find_axes(header, nrrd, axis, volume) || !find_encoding(header, nrrd, state, data))
+        !find_axes(header, nrrd, axis, volume, data) || !find_encoding(header, nrrd, state, data))
         return false;
     bool ok = has_directions(nrrd) ? place_directed(header, nrrd, axis, volume)
                                    : place_spaced(header, nrrd, axis, volume);
@@ -526,7 +594,7 @@ bool volume_read_nrrd(const VolumeFile *file, LabelVolume *volume, VolumeData *d
 {
     if (!library_load(&teem_library, file->path, status))
         return false;
-    Header header = {.file = file, .status = status};
+    Header header = {.file = file, .volume = volume, .status = status};
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *state = nrrdIoStateNew();
     ASSERT(nrrd != NULL && state != NULL);

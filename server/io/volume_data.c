@@ -217,31 +217,31 @@ static void convert(const unsigned char *bytes, size_t count, VoxelType type, do
     }
 }
 
-// Converts values to labels, which are integers that fit an int. Scaled values are integers up to
-// the rounding of their factors, which are single precision.
+// Values that miss a whole number by less are that: single precision, scales and resampling lose so
+// much, and no interpolation between two labels comes as close for more than a few voxels.
+static const double SLACK = 1e-3;
+
+// Converts values to labels, which are integers that fit an int.
 static bool to_labels(const VolumeData *data, const double *value, size_t count, long first,
                       LabelVolume *volume, Status *status)
 {
     for (size_t v = 0; v < count; v++) {
-        // Scaled values may miss a whole number by what floats lose.
-        double x = value[v], slack = 0.0;
-        if (data->slope != 0.0) {
-            x = data->slope * x + data->inter;
-            slack = 1e-4;
-        }
-        double whole = rint(x);
-        if (fabs(x - whole) <= slack && fabs(whole) <= INT_MAX) {
-            volume->label[first + (long)v] = (int)whole;
+        const double x = data->slope != 0.0 ? data->slope * value[v] + data->inter : value[v];
+        const double whole = rint(x);
+        if (fabs(x - whole) <= SLACK && fabs(whole) <= INT_MAX) {
+            volume->label[first + (long)v] = whole > 0.0 ? (int)whole : 0;
+            volume->negative += whole < 0.0;
             continue;
         }
         // Say which voxel is no label.
         long at = first + (long)v, row = at / volume->count[0];
         return status_fail(status, STATUS_INVALID,
                            "%s: voxel (%ld, %ld, %ld) is %.9g%s, not a label, which is a whole "
-                           "number up to %d",
+                           "number up to %d%s",
                            data->file.path, at % volume->count[0], row % volume->count[1],
                            row / volume->count[1], x, data->slope != 0.0 ? " when scaled" : "",
-                           INT_MAX);
+                           INT_MAX,
+                           fabs(x) < INT_MAX ? "; grey values or shares are segmented first" : "");
     }
     return true;
 }
@@ -312,6 +312,19 @@ static bool read_chunk(const VolumeData *data, Source *source, unsigned char *by
     return true;
 }
 
+// Keeps the values of one layer, of those that begin at `first` in the file; returns how many.
+static size_t keep_layer(const VolumeData *data, const LabelVolume *volume, long first,
+                         size_t count, double *value)
+{
+    size_t kept = 0;
+    if (volume->layers <= 1)
+        return count;
+    for (size_t v = 0; v < count; v++)
+        if ((first + (long)v) / data->inner % volume->layers == volume->layer - 1)
+            value[kept++] = value[v];
+    return kept;
+}
+
 static bool read_labels(const VolumeData *data, Source *source, long voxels, LabelVolume *volume,
                         Status *status)
 {
@@ -326,10 +339,13 @@ static bool read_labels(const VolumeData *data, Source *source, long voxels, Lab
         left -= (long long)part;
     }
     // Then a piece at a time, so that memory does not grow with the file.
-    for (long first = 0; ok && first < voxels; first += CHUNK) {
-        size_t count = (size_t)(voxels - first < CHUNK ? voxels - first : CHUNK);
-        ok = read_chunk(data, source, bytes, value, count, first, status) &&
-             to_labels(data, value, count, first, volume, status);
+    const long values = voxels * volume->layers;
+    for (long first = 0, done = 0; ok && first < values; first += CHUNK) {
+        size_t count = (size_t)(values - first < CHUNK ? values - first : CHUNK);
+        ok = read_chunk(data, source, bytes, value, count, first, status);
+        count = ok ? keep_layer(data, volume, first, count, value) : 0;
+        ok = ok && to_labels(data, value, count, done, volume, status);
+        done += (long)count;
     }
     free(bytes);
     free(value);
@@ -344,7 +360,7 @@ bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *statu
         return status_fail(status, STATUS_INVALID, "%s: %d x %d x %d voxels are more than %d",
                            data->file.path, volume->count[0], volume->count[1], volume->count[2],
                            VOLUME_MOST_VOXELS);
-    if (!check_size(data, voxels, status))
+    if (!check_size(data, voxels * volume->layers, status))
         return false;
     volume->label = malloc((size_t)voxels * sizeof *volume->label);
     if (volume->label == NULL)

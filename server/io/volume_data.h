@@ -46,6 +46,7 @@ typedef struct VolumeData {
     VoxelType type;
     bool swapped;        // byte order differs from this machine's
     double slope, inter; // label = slope value + inter; slope 0: label = value
+    long inner;          // values in a row of one layer, before those of the next
 } VolumeData;
 
 // Opens a file. Returns false with a status that names it; call volume_file_close in any case.
@@ -56,8 +57,13 @@ int volume_file_head(const VolumeFile *file, void *bytes, int size);
 
 int voxel_type_size(VoxelType type); // [bytes]
 
-// Reads volume->count labels into volume->label, which it allocates after checking that the file
-// can hold them.
+// Adds a sentence to the notes of a volume, as far as they have room.
+void volume_note(LabelVolume *volume, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+// Reads volume->count labels of volume->layer into volume->label, which it allocates after checking
+// that the file can hold all layers. Values within 1e-3 of a whole number are that; negative ones
+// are 0, and counted.
 bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status);
 
 // Read the headers of the two formats: set everything of `volume` but the labels, and `data`, whose

@@ -8,24 +8,76 @@
 #include "geometry/mesh.h"
 #include "io/volume_data.h"
 
+#include <limits.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 // Spacings [m] outside of these are no lengths; the limits of scenes are far within.
 static const double LEAST_SPACING = 1e-12, MOST_SPACING = 1e12;
-// Axes whose angle has a smaller cosine count as perpendicular.
-static const double MOST_SHEAR = 1e-3;
+// Axes whose angle has a smaller cosine count as perpendicular; up to 2 degrees they are read so,
+// as registrations and scanners tilt them.
+static const double LEAST_SHEAR = 1e-3, MOST_SHEAR = 0.035;
+
+void volume_note(LabelVolume *volume, const char *format, ...)
+{
+    const size_t used = strlen(volume->notes), left = sizeof volume->notes - used;
+    char text[200];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    snprintf(volume->notes + used, left, "%s%s", used > 0 ? "; " : "", text);
+}
 
 void volume_destroy(LabelVolume *volume)
 {
     free(volume->label);
+    free(volume->segment);
     *volume = (LabelVolume){0};
 }
 
-static bool check_axes(const char *path, const LabelVolume *volume, Status *status)
+// Replaces sheared axes by the nearest perpendicular ones, about the middle of the volume.
+static void square_axes(LabelVolume *volume, double cosine)
+{
+    Vec3 unit[3], middle = volume->origin, move[3];
+    double worst = 0.0;
+    for (int a = 0; a < 3; a++) {
+        unit[a] = vec3_unit(volume->axis[a]);
+        middle = vec3_madd(middle, 0.5 * (volume->count[a] - 1), volume->axis[a]);
+    }
+    // The orthogonal factor of the polar decomposition by Newton's iteration (Higham 1986), which
+    // doubles the digits in each of its steps.
+    for (int step = 0; step < 6; step++) {
+        const Vec3 cross[3] = {vec3_cross(unit[1], unit[2]), vec3_cross(unit[2], unit[0]),
+                               vec3_cross(unit[0], unit[1])};
+        const double inverse = 1.0 / vec3_dot(unit[0], cross[0]);
+        for (int a = 0; a < 3; a++)
+            unit[a] = vec3_scale(0.5, vec3_madd(unit[a], inverse, cross[a]));
+    }
+    volume->origin = middle;
+    for (int a = 0; a < 3; a++) {
+        const Vec3 axis = vec3_scale(vec3_dot(volume->axis[a], unit[a]), unit[a]);
+        move[a] = vec3_scale(0.5 * volume->count[a], vec3_sub(volume->axis[a], axis));
+        volume->axis[a] = axis;
+        volume->origin = vec3_madd(volume->origin, -0.5 * (volume->count[a] - 1), axis);
+    }
+    // The corners move farthest.
+    for (int k = 0; k < 4; k++) {
+        const Vec3 side = vec3_madd(move[0], k & 1 ? 1.0 : -1.0, move[1]);
+        worst = fmax(worst, vec3_length(vec3_madd(side, k & 2 ? 1.0 : -1.0, move[2])));
+    }
+    volume_note(volume,
+                "its axes are up to %.2g degrees off right angles: with the nearest right angles "
+                "its voxels are up to %.3g mm off",
+                asin(cosine) * 180.0 / M_PI, 1e3 * worst);
+}
+
+static bool check_axes(const char *path, LabelVolume *volume, Status *status)
 {
     Vec3 unit[3];
+    double shear = 0.0;
     // Spacings that a body can have,
     for (int a = 0; a < 3; a++) {
         Vec3 axis = volume->axis[a];
@@ -40,6 +92,7 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
     for (int a = 0; a < 3; a++) {
         int b = (a + 1) % 3, low = a < b ? a : b, high = a < b ? b : a;
         double cosine = vec3_dot(unit[low], unit[high]);
+        shear = fmax(shear, fabs(cosine));
         if (fabs(cosine) > MOST_SHEAR)
             return status_fail(status, STATUS_INVALID,
                                "%s: axes %d and %d are not at right angles (cosine %.3g, at most "
@@ -48,8 +101,11 @@ static bool check_axes(const char *path, const LabelVolume *volume, Status *stat
     }
     // and not at the end of the world.
     double far = fmax(fabs(volume->origin.x), fmax(fabs(volume->origin.y), fabs(volume->origin.z)));
-    if (vec3_finite(volume->origin) && far <= MOST_SPACING)
+    if (vec3_finite(volume->origin) && far <= MOST_SPACING) {
+        if (shear > LEAST_SHEAR)
+            square_axes(volume, shear);
         return true;
+    }
     return status_fail(status, STATUS_INVALID, "%s: the first voxel is at (%g, %g, %g) m", path,
                        volume->origin.x, volume->origin.y, volume->origin.z);
 }
@@ -80,17 +136,21 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
 static bool open_volume(const char *path, VolumeFile *file, LabelVolume *volume, VolumeData *data,
                         Status *status)
 {
-    *volume = (LabelVolume){0};
-    *data = (VolumeData){.file.descriptor = -1};
+    *volume = (LabelVolume){.layers = 1, .layer = 1};
+    *data = (VolumeData){.file.descriptor = -1, .inner = 1};
     return volume_file_open(path, file, status) && read_header(file, volume, data, status) &&
            check_axes(path, volume, status);
 }
 
-bool volume_import(const char *path, LabelVolume *volume, Status *status)
+bool volume_import(const char *path, int layer, LabelVolume *volume, Status *status)
 {
     VolumeFile file;
     VolumeData data;
     bool ok = open_volume(path, &file, volume, &data, status);
+    if (ok && (layer < 1 || layer > volume->layers))
+        ok = status_fail(status, STATUS_INVALID, "%s: layer %d outside [1, %d]", path, layer,
+                         volume->layers);
+    volume->layer = layer;
     // The voxels are in a file of their own, or in this one.
     if (ok) {
         bool own = data.file.path != NULL;
@@ -100,6 +160,20 @@ bool volume_import(const char *path, LabelVolume *volume, Status *status)
         if (!own)
             data.file = (VolumeFile){.descriptor = -1};
     }
+    volume_file_close(&data.file);
+    volume_file_close(&file);
+    if (ok && volume->negative > 0)
+        volume_note(volume, "%ld voxels with negative values are empty", volume->negative);
+    if (!ok)
+        volume_destroy(volume);
+    return ok;
+}
+
+bool volume_import_header(const char *path, LabelVolume *volume, Status *status)
+{
+    VolumeFile file;
+    VolumeData data;
+    bool ok = open_volume(path, &file, volume, &data, status);
     volume_file_close(&data.file);
     volume_file_close(&file);
     if (!ok)
@@ -132,6 +206,7 @@ bool volume_find_data(const char *path, char **found, Status *status)
     }
     volume_file_close(&data.file);
     volume_file_close(&file);
+    volume_destroy(&volume);
     return ok;
 }
 
@@ -180,77 +255,56 @@ static bool check_list(const Part *part, Status *status)
     return true;
 }
 
-// Lists the smallest labels of a volume but 0, ascending; returns how many there are, LABELS_SHOWN
-// + 1 if more.
-static int list_labels(const LabelVolume *volume, int found[LABELS_SHOWN + 1])
+static bool fail_missing(const VolumeLabels *list, int missing, Status *status)
 {
-    long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
-    int count = 0, last = 0;
-    for (long v = 0; v < voxels; v++) {
-        // Voxels of one label lie together: skip those like the last one.
-        int label = volume->label[v], at = count;
-        if (label == last || label == 0)
-            continue;
-        last = label;
-        // Where it belongs in the order; only the first few are kept.
-        while (at > 0 && found[at - 1] > label)
-            at--;
-        if (at > LABELS_SHOWN || (at > 0 && found[at - 1] == label))
-            continue;
-        count += count <= LABELS_SHOWN;
-        for (int i = count - 1; i > at; i--)
-            found[i] = found[i - 1];
-        found[at] = label;
-    }
-    return count;
-}
-
-static bool fail_missing(const LabelVolume *volume, int missing, Status *status)
-{
-    int found[LABELS_SHOWN + 1], count = list_labels(volume, found), length = 0;
-    char text[LABELS_SHOWN * 14 + 8] = "";
+    char text[400] = "";
+    int length = 0, shown = 0;
     // List what there is, so that the user sees what was meant.
-    for (int i = 0; i < count && i < LABELS_SHOWN; i++)
-        length += snprintf(text + length, sizeof text - (size_t)length, "%s%d", i > 0 ? ", " : "",
-                           found[i]);
-    if (count == 0)
+    for (int last = INT_MIN; shown < LABELS_SHOWN; shown++) {
+        const VolumeLabel *next = NULL;
+        for (int i = 0; i < list->count; i++)
+            if (list->label[i].voxels > 0 && list->label[i].label > last &&
+                (next == NULL || list->label[i].label < next->label))
+                next = &list->label[i];
+        if (next == NULL)
+            break;
+        length += snprintf(text + length, sizeof text - (size_t)length, "%s%d",
+                           shown > 0 ? ", " : "", last = next->label);
+    }
+    if (shown == 0)
         return status_fail(status, STATUS_INVALID,
                            "no voxel has the label %d; all have the label 0", missing);
     return status_fail(status, STATUS_INVALID,
                        "no voxel has the label %d; the labels there are %s%s", missing, text,
-                       count > LABELS_SHOWN ? " and more" : "");
+                       list->count > shown ? " and more" : "");
 }
 
+// Finds the box around all voxels that have one of the labels.
 static bool find_box(Part *part, Status *status)
 {
-    const LabelVolume *volume = part->volume;
-    bool there[LATTICE_MATERIALS + 1] = {false};
-    int last = 0, material = material_of(part, 0);
+    VolumeLabels list;
+    if (!volume_labels(part->volume, &list, status))
+        return false;
+    bool ok = true;
     for (int a = 0; a < 3; a++) {
-        part->low[a] = volume->count[a];
+        part->low[a] = part->volume->count[a];
         part->high[a] = 0;
     }
-    // The box around all voxels that have one of the labels.
-    for (int k = 0; k < volume->count[2]; k++)
-        for (int j = 0; j < volume->count[1]; j++)
-            for (int i = 0; i < volume->count[0]; i++) {
-                int label = voxel_at(volume, i, j, k);
-                if (label != last)
-                    material = material_of(part, last = label);
-                if (material == 0)
-                    continue;
-                const int at[3] = {i, j, k};
-                there[material] = true;
-                for (int a = 0; a < 3; a++) {
-                    part->low[a] = at[a] < part->low[a] ? at[a] : part->low[a];
-                    part->high[a] = at[a] >= part->high[a] ? at[a] + 1 : part->high[a];
-                }
-            }
-    // A label that no voxel has is a mistake of the scene.
-    for (int m = 0; m < part->label_count; m++)
-        if (!there[m + 1])
-            return fail_missing(volume, part->label[m], status);
-    return true;
+    for (int m = 0; m < part->label_count && ok; m++) {
+        int at = 0;
+        while (at < list.count && list.label[at].label != part->label[m])
+            at++;
+        // A label that no voxel has is a mistake of the scene.
+        ok = (at < list.count && list.label[at].voxels > 0) ||
+             fail_missing(&list, part->label[m], status);
+        for (int a = 0; a < 3 && ok; a++) {
+            const int low = list.label[at].low[a], high = list.label[at].high[a];
+            part->low[a] = low < part->low[a] ? low : part->low[a];
+            part->high[a] = high > part->high[a] ? high : part->high[a];
+        }
+    }
+    volume_labels_destroy(&list);
+    return ok;
 }
 
 // --- the frame ---
@@ -344,7 +398,6 @@ static bool find_cells(Part *part, double size, Status *status)
 
 // Finds the voxel of each layer of cells along an axis, -1 outside the box. Lattice and box share
 // their middles. Centres on the border of two voxels take the upper one.
-// lattice and of the box are the same. Centres on the border of two voxels take the upper one.
 static int *find_layers(const Part *part, int a)
 {
     int count = part->count[a], voxels = part->high[a] - part->low[a];

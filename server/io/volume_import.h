@@ -8,23 +8,71 @@
 #include "base/vec.h"
 #include "geometry/surface_field.h"
 
-enum { VOLUME_MOST_VOXELS = 1 << 28 };
+enum {
+    VOLUME_MOST_VOXELS = 1 << 28,
+    VOLUME_MOST_LABELS = 1 << 12, // different ones; more are grey values
+    VOLUME_MOST_LAYERS = 64,      // that are looked through for labels
+    VOLUME_NAME = 64,             // bytes of a label's name
+};
+
+// What a file says of a label: 3D Slicer's SegmentN_Name, _LabelValue, _Layer and _Color.
+typedef struct VolumeSegment {
+    int label, layer;
+    char name[VOLUME_NAME]; // printable, "": none
+    float colour[3];        // red, green, blue, 0 to 1; the first is negative: none
+} VolumeSegment;
 
 // A volume in DICOM's frame LPS: x to the patient's left, y to the back, z to the head. Voxel (i,
 // j, k) has its centre at origin + i axis[0] + j axis[1] + k axis[2].
 typedef struct LabelVolume {
-    const char *format; // "NRRD"
-    int count[3];       // voxels along the axes of the file, without axes of one value
-    Vec3 axis[3];       // [m] perpendicular within 1e-3, of either handedness
-    Vec3 origin;        // [m]
-    int *label;         // [(k count[1] + j) count[0] + i], malloc'ed, owned
+    const char *format;     // "NRRD"
+    int count[3];           // voxels along the axes of the file, without axes of one value
+    Vec3 axis[3];           // [m] perpendicular within 1e-3, of either handedness
+    Vec3 origin;            // [m]
+    int *label;             // [(k count[1] + j) count[0] + i], 0: empty, malloc'ed, owned
+    int layers, layer;      // images in the file, and which of them this is, from 1
+    long negative;          // voxels with negative values, which are empty
+    VolumeSegment *segment; // [segment_count] of all layers, owned
+    int segment_count;
+    char notes[400]; // what was assumed where the file is not plain, as sentences; "": nothing
 } LabelVolume;
+
+// A label that voxels have, or that the file names.
+typedef struct VolumeLabel {
+    int label, layer;
+    char name[VOLUME_NAME];
+    float colour[3];
+    long voxels;
+    int low[3], high[3]; // its box in voxels, high not in it
+    int pieces;          // that no face joins; 0: too many to count
+} VolumeLabel;
+
+typedef struct VolumeLabels {
+    VolumeLabel *label; // [count] from the largest to the smallest, owned
+    int count;
+} VolumeLabels;
 
 // Reads a volume with its spacing, direction, origin and units: NRRD's spaces LPS, LAS and RAS,
 // NIfTI's sform before its qform. The default unit is the millimetre; without a direction (or in a
 // space that is not the patient's) the axes are taken as LPS. Errors are one sentence that names
-// the file. Allocates nothing that the file cannot hold.
-bool volume_import(const char *path, LabelVolume *volume, Status *status);
+// the file. Allocates nothing that the file cannot hold. `layer`: of a file with several images (a
+// layered segmentation, frames) the one to read, from 1.
+bool volume_import(const char *path, int layer, LabelVolume *volume, Status *status);
+// Reads all of a volume but its voxels.
+bool volume_import_header(const char *path, LabelVolume *volume, Status *status);
+// Returns the label of a name and its layer, which is searched alone if it is not 0. 0 with a
+// status that lists the names: there is none, or there are several.
+int volume_find_name(const LabelVolume *volume, const char *name, int *layer, Status *status);
+// Lists the labels of a volume. Returns false with a status (which does not name the file) if it
+// is an image of grey values.
+bool volume_labels(const LabelVolume *volume, VolumeLabels *list, Status *status);
+// Lists the labels of one layer of a file, or with 0 of all. `volume` is the layer read last.
+bool volume_survey(const char *path, int layer, LabelVolume *volume, VolumeLabels *list,
+                   Status *status);
+// Finds the layer that has the most voxels of these labels.
+bool volume_find_layer(const char *path, const int *label, int label_count, int *layer,
+                       Status *status);
+void volume_labels_destroy(VolumeLabels *list);
 // True if the content of a file is a volume, judged by its first bytes.
 bool volume_is_one(const char *path);
 // Finds the file beside `path` that holds the voxels of a detached header; the caller frees its

@@ -12,14 +12,37 @@ static bool fail_file(const VoxelSource *source, const Status *said, Status *sta
     return status_fail(status, said->code, "%s: %s", source->file, said->text);
 }
 
+// Imports the layer of the file that was chosen, or that has most of the labels.
+static bool import(const VoxelSource *source, LabelVolume *volume, Status *status)
+{
+    int layer = source->layer > 0 ? source->layer : 1;
+    if (!volume_import(source->file, layer, volume, status))
+        return false;
+    if (volume->layers > 1 && source->layer == 0) {
+        if (!volume_find_layer(source->file, source->label, source->label_count, &layer, status)) {
+            volume_destroy(volume);
+            return false;
+        }
+        log_line(LOG_WARNING, "%s: layer %d of %d was taken, which has most of the labels",
+                 source->file, layer, volume->layers);
+        if (layer != volume->layer) {
+            volume_destroy(volume);
+            return volume_import(source->file, layer, volume, status);
+        }
+    }
+    return true;
+}
+
 // Scales the volume before it becomes cells, so that their size is that in the world.
 static bool make_from_volume(const VoxelSource *source, Lattice *lattice, SurfaceField *field,
                              Status *status)
 {
     LabelVolume volume;
     Status said = {0};
-    if (!volume_import(source->file, &volume, status))
+    if (!import(source, &volume, status))
         return false;
+    if (volume.notes[0] != '\0')
+        log_line(LOG_WARNING, "%s: %s", source->file, volume.notes);
     // Scaled before it becomes cells, so that their size is that in the world.
     for (int a = 0; a < 3; a++)
         volume.axis[a] = vec3_scale(source->scale, volume.axis[a]);

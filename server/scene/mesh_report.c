@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { COMPONENTS_SHOWN = 20 };
+enum { COMPONENTS_SHOWN = 20, LABELS_SHOWN = 1000 };
 
 static double degrees(double angle)
 {
@@ -67,17 +67,62 @@ static void print_crossings(const TriMesh *mesh, FILE *out)
             name_of(mesh, mesh->triangle[found.second][0]));
 }
 
-static void print_box(const Box *box, FILE *out)
+// Prints a box behind `before`.
+static void print_box(const char *before, const Box *box, FILE *out)
 {
     const Vec3 low = box_low(box), high = box_high(box);
-    fprintf(out, "  box: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", low.x, low.y, low.z, high.x,
-            high.y, high.z);
+    fprintf(out, "%sbox: [%.6g, %.6g, %.6g] to [%.6g, %.6g, %.6g] m\n", before, low.x, low.y, low.z,
+            high.x, high.y, high.z);
+}
+
+// Prints the box of voxels [low, high).
+static void print_voxels(const LabelVolume *frame, const int low[3], const int high[3], FILE *out)
+{
+    Box box = box_empty();
+    for (int k = 0; k < 8; k++) {
+        Vec3 corner = frame->origin;
+        for (int a = 0; a < 3; a++)
+            corner = vec3_madd(corner, (k >> a & 1 ? high[a] : low[a]) - 0.5, frame->axis[a]);
+        box_add(&box, corner);
+    }
+    print_box(", ", &box, out);
+}
+
+// Prints which label was taken, what was assumed, and all labels from the largest to the smallest.
+static void print_labels(const Proposals *all, LabelChoice choice, FILE *out)
+{
+    const LabelVolume *frame = &all->frame;
+    const Vec3 *axis = frame->axis;
+    const double voxel = fabs(vec3_dot(axis[0], vec3_cross(axis[1], axis[2])));
+    const int count = all->labels.count;
+    fprintf(out, "  label: %d%s of %d%s\n", all->subject.label,
+            choice.label == NULL ? ", the largest" : "", count,
+            count > 1 ? " (else --label NUMBER or NAME)" : "");
+    if (frame->layers > 1)
+        fprintf(out, "  layers: %d, the label is of layer %d\n", frame->layers, all->subject.layer);
+    if (frame->notes[0] != '\0')
+        fprintf(out, "  assumed: %s\n", frame->notes);
+    for (int i = 0; i < count && i < LABELS_SHOWN; i++) {
+        const VolumeLabel *label = &all->labels.label[i];
+        fprintf(out, "    label %d: \"%s\", layer %d, voxels %ld, volume %.6g m3, pieces %d",
+                label->label, label->name, label->layer, label->voxels,
+                (double)label->voxels * voxel, label->pieces);
+        if (label->colour[0] >= 0.0F)
+            fprintf(out, ", colour %.3g %.3g %.3g", (double)label->colour[0],
+                    (double)label->colour[1], (double)label->colour[2]);
+        if (label->voxels > 0)
+            print_voxels(frame, label->low, label->high, out);
+        else
+            fprintf(out, "\n");
+    }
+    if (count > LABELS_SHOWN)
+        fprintf(out, "    and %d more\n", count - LABELS_SHOWN);
 }
 
 static void print_shape(const TriMesh *mesh, const MeshQuality *quality, FILE *out)
 {
     // Its size,
-    print_box(&quality->box, out);
+    print_box("  ", &quality->box, out);
     fprintf(out, "  area: %.6g m2, enclosed volume: %.6g m3\n", quality->area, quality->volume);
     // its edges, with the nodes of the extreme ones,
     fprintf(out, "  edge lengths: min %.6g, mean %.6g, max %.6g m\n", quality->edge_min,
@@ -171,7 +216,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
         return false;
     if (!mesh_check(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
-    if (!proposal_judge(path, scale, &proposals, status))
+    if (!proposal_judge(path, scale, (LabelChoice){0}, &proposals, status))
         return false;
     // What the mesh is like, then what can be made of it.
     MeshQuality quality;
@@ -186,14 +231,17 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
     print_shape(mesh, &quality, out);
     print_even(&quality, scale, out);
     mesh_quality_destroy(&quality);
-    return print_time_step(mesh, out, status) && print_verdict(path, &proposals, out, status);
+    bool ok = print_time_step(mesh, out, status) && print_verdict(path, &proposals, out, status);
+    proposals_destroy(&proposals);
+    return ok;
 }
 
-static bool print_volume(const char *path, double scale, FILE *out, Status *status)
+static bool print_volume(const char *path, double scale, LabelChoice choice, FILE *out,
+                         Status *status)
 {
     Proposals proposals;
-    // A volume is judged like a mesh; its box is what can be said of its shape.
-    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, &proposals, status))
+    // A volume is judged like a mesh; of its shape its labels say something.
+    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, choice, &proposals, status))
         return false;
     const Proposal *of = &proposals.subject;
     fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
@@ -201,18 +249,22 @@ static bool print_volume(const char *path, double scale, FILE *out, Status *stat
             "  file: label volume, label %d, in the units that it states (mm, where it states "
             "none)\n",
             of->label);
-    print_box(&of->box, out);
-    return print_verdict(path, &proposals, out, status);
+    print_box("  ", &of->box, out);
+    print_labels(&proposals, choice, out);
+    bool ok = print_verdict(path, &proposals, out, status);
+    proposals_destroy(&proposals);
+    return ok;
 }
 
-bool mesh_report_print(const char *path, double scale, FILE *out, Status *status)
+bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE *out,
+                       Status *status)
 {
     TriMesh mesh;
     MeshImport import;
     Units guess;
     // A label volume says its own unit.
     if (proposal_is_volume(path))
-        return print_volume(path, scale, out, status);
+        return print_volume(path, scale, choice, out, status);
     if (!mesh_import(path, &mesh, &import, status))
         return false;
     // The unit that was given, or the likeliest.

@@ -198,14 +198,21 @@ static bool check_ints(const config_setting_t *setting, const Option *option,
     int value;
     *member = setting;
     // A single number stands for a list of one.
-    if (is_number(setting))
-        return option_read_int(setting, option, source, &value);
-    if (!is_list(setting))
-        return fail_type(option, setting, source, "a whole number or a list of them");
-    int count = config_setting_length(setting);
-    for (int i = 0; i < count; i++)
-        if (!option_read_int(config_setting_get_elem(setting, (unsigned)i), option, source, &value))
+    const bool list = is_list(setting);
+    if (!list && !is_number(setting) &&
+        !(option->names && config_setting_type(setting) == CONFIG_TYPE_STRING))
+        return fail_type(option, setting, source,
+                         option->names ? "a whole number, a name or a list of them"
+                                       : "a whole number or a list of them");
+    const int count = list ? config_setting_length(setting) : 1;
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *one =
+            list ? config_setting_get_elem(setting, (unsigned)i) : setting;
+        if (option->names && config_setting_type(one) == CONFIG_TYPE_STRING)
+            continue;
+        if (!option_read_int(one, option, source, &value))
             return false;
+    }
     return count > 0 || option_fail(source, setting, "%s is empty", option->key);
 }
 

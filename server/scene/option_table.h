@@ -58,6 +58,7 @@ typedef struct Option {
     const char *unit;        // "" without
     double low, high;        // allowed range, both included
     bool open;               // `low` itself is excluded
+    bool names;              // OPTION_INTS: a name in quotation marks in place of any of them
     double preset;           // default of numbers, booleans (0 or 1) and words (their value)
     const char *preset_text; // default of names and strings; else the text shown for the default
     const OptionWord *words;

@@ -325,6 +325,8 @@ static bool hash_voxels_source(const VoxelSource *source, uint64_t *hash, Status
     fnv_int(hash, source->label_count);
     for (int i = 0; i < source->label_count; i++)
         fnv_int(hash, source->label[i]);
+    if (source->layer > 0) // files of before it was a key are as they were
+        fnv_int(hash, source->layer);
     for (int k = 0; k < 3; k++)
         fnv_int(hash, source->count[k]);
     fnv_real(hash, source->radius);

@@ -21,6 +21,10 @@ static const double FIRST_CELL = 1.0 / 30.0, SPARE = 2e-4;
 // than the inverse of that, has lost its thin parts, or enlarged them.
 enum { FEWEST_CELLS = 20 };
 static const double LEAST_FILL = 0.25;
+// A solid of labels begins with no more cells: of 60000 some 10000 lie at the surface of a ball,
+// which are as many elements as a tick has time for. As many slices decide by how much a body is
+// too thick.
+enum { MOST_CELLS = 60000, FEW_LAYERS = 8 };
 // Half of the weakest contacts that stiff membranes in the table of the front page had.
 static const double LEAST_SHARE = 1e-3;
 // How much longer the tick of a cuttable body takes: 1.05 to 1.3 times in config/manual/limits.md,
@@ -97,6 +101,8 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
     fprintf(out, ";");
     if (p->volume)
         fprintf(out, "  label = %d;", p->label);
+    if (p->volume && p->layer > 0)
+        fprintf(out, "  layer = %d;", p->layer);
     fprintf(out, "  scale = %.9g;", p->scale);
     if (p->cell > 0.0)
         fprintf(out, "  size = %.9g;", p->cell);
@@ -370,6 +376,14 @@ static double round_up(double cell)
     return ceil(cell / unit - 1e-9) * unit;
 }
 
+// Enlarges cells so that a whole number of them makes a body of a few slices: others would make it
+// thicker, or thinner.
+static double divide_slices(const Proposals *all, double cell)
+{
+    const double layers = floor(all->thinnest / cell + 1e-9);
+    return layers >= 1.0 && layers <= FEW_LAYERS ? all->thinnest / layers : cell;
+}
+
 // Describes a solid that fits the tick, and checks that it still has the shape.
 static void judge_shape(const Proposals *all, const Built *built, Verdict *verdict)
 {
@@ -397,9 +411,11 @@ static void judge_shape(const Proposals *all, const Built *built, Verdict *verdi
         return;
     }
     // Usable, with remarks on volume and pieces.
-    if (filled > 1.25)
+    if (all->subject.volume)
+        snprintf(fill, sizeof fill, ", %.3g times the volume of its label", filled);
+    else if (filled > 1.25)
         snprintf(fill, sizeof fill, ", with %.2g times its volume: thin parts are thicker", filled);
-    if (filled < 0.8)
+    else if (filled < 0.8)
         snprintf(fill, sizeof fill, ", which fill %.0f %% of it: thin parts are lost",
                  100.0 * filled);
     if (built->pieces > 1) {
@@ -443,7 +459,8 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
         // Cost goes with the third power by cells and the first by substeps: an exponent in between
         // never overshoots.
         if (i < 7) // what is judged was built
-            p->cell = round_up(1.02 * built.cells.size * pow(tick_s / COST_BUDGET, 0.29));
+            p->cell = divide_slices(
+                all, round_up(1.02 * built.cells.size * pow(tick_s / COST_BUDGET, 0.29)));
     }
     if (built.tick_s > COST_BUDGET) {
         say(verdict, false, "%ld cells still take about %.2g ms of a tick of 1 ms",
@@ -496,36 +513,60 @@ static bool look_at_mesh(Proposals *all, Status *status)
 }
 
 #ifdef PLIANT_WITH_VOXEL
-// Chooses the label 1, the first of most segmentations; else the most frequent label.
-static int choose_label(const LabelVolume *volume)
+// Finds the label that is meant, of several the largest.
+static const VolumeLabel *find_label(const Proposals *all, LabelChoice choice, Status *status)
 {
-    const long voxels = (long)volume->count[0] * volume->count[1] * volume->count[2];
-    int best = 0;
-    long most = 0;
-    for (long v = 0; v < voxels; v++) {
-        // Boyer and Moore's majority vote among the labels that are not 0.
-        if (volume->label[v] == 1)
-            return 1;
-        if (volume->label[v] == 0)
-            continue;
-        if (most == 0)
-            best = volume->label[v];
-        most += volume->label[v] == best ? 1 : -1;
-    }
-    return best;
+    const VolumeLabels *list = &all->labels;
+    char *end = NULL;
+    const long number = choice.label != NULL ? strtol(choice.label, &end, 10) : 0;
+    const bool named = choice.label != NULL && (*end != '\0' || end == choice.label);
+    for (int i = 0; i < list->count && list->label[i].voxels > 0; i++)
+        if (choice.label == NULL || (named ? strcmp(list->label[i].name, choice.label) == 0
+                                           : list->label[i].label == number))
+            return &list->label[i];
+    if (choice.label == NULL)
+        status_fail(status, STATUS_INVALID, "%s: every voxel has the label 0%s%s",
+                    all->subject.path, all->frame.notes[0] != '\0' ? ": " : "", all->frame.notes);
+    else
+        status_fail(status, STATUS_INVALID, "%s: no voxel has the label %s (--check lists them)",
+                    all->subject.path, choice.label);
+    return NULL;
 }
 
-static bool look_at_volume(Proposals *all, Status *status)
+// Where its voxels make more cells than a tick has time for, the search begins with larger ones.
+static double first_cell(const Proposals *all, double spacing)
 {
-    LabelVolume volume;
-    // The label that most of it has.
-    if (!volume_import(all->subject.path, &volume, status))
+    const double cell = fmax(spacing, round_up(cbrt(all->volume / MOST_CELLS))),
+                 divided = divide_slices(all, cell);
+    return divided > spacing * (1.0 + 1e-9) ? divided : 0.0;
+}
+
+static bool look_at_volume(Proposals *all, LabelChoice choice, Status *status)
+{
+    LabelVolume *frame = &all->frame;
+    if (!volume_survey(all->subject.path, choice.layer, frame, &all->labels, status))
         return false;
-    all->subject.label = choose_label(&volume);
-    volume_destroy(&volume);
-    if (all->subject.label == 0)
-        return status_fail(status, STATUS_INVALID, "%s: every voxel has the label 0",
-                           all->subject.path);
+    free(frame->label);
+    frame->label = NULL;
+    frame->origin = vec3_scale(all->subject.scale, frame->origin);
+    for (int a = 0; a < 3; a++)
+        frame->axis[a] = vec3_scale(all->subject.scale, frame->axis[a]);
+    const VolumeLabel *label = find_label(all, choice, status);
+    if (label == NULL)
+        return false;
+    all->subject.label = label->label;
+    all->subject.layer = frame->layers > 1 ? label->layer : 0;
+    // How much there is of it.
+    const Vec3 *axis = frame->axis;
+    double spacing = HUGE_VAL;
+    all->thinnest = HUGE_VAL;
+    all->volume = (double)label->voxels * fabs(vec3_dot(axis[0], vec3_cross(axis[1], axis[2])));
+    for (int a = 0; a < 3; a++) {
+        spacing = fmin(spacing, vec3_length(axis[a]));
+        all->thinnest =
+            fmin(all->thinnest, (label->high[a] - label->low[a]) * vec3_length(axis[a]));
+    }
+    all->subject.cell = first_cell(all, spacing);
     // Its box is that of the body before it is fixed.
     Built built = {0};
     Proposal first = all->subject;
@@ -536,20 +577,31 @@ static bool look_at_volume(Proposals *all, Status *status)
     return true;
 }
 #else
-static bool look_at_volume(Proposals *all, Status *status)
+static bool look_at_volume(Proposals *all, LabelChoice choice, Status *status)
 {
+    (void)choice;
     return status_fail(status, STATUS_INVALID, "%s: built without voxel bodies (PLIANT_VOXEL)",
                        all->subject.path);
 }
 #endif
 
-bool proposal_judge(const char *path, double scale, Proposals *all, Status *status)
+void proposals_destroy(Proposals *all)
+{
+    free(all->frame.segment);
+    free(all->labels.label);
+    *all = (Proposals){0};
+}
+
+bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposals *all,
+                    Status *status)
 {
     // Whole until it fits: a cuttable body needs much more memory.
     *all = (Proposals){.subject = {.path = path, .scale = scale, .whole = true}};
     all->subject.volume = proposal_is_volume(path);
-    if (!(all->subject.volume ? look_at_volume : look_at_mesh)(all, status))
+    if (!(all->subject.volume ? look_at_volume(all, choice, status) : look_at_mesh(all, status))) {
+        proposals_destroy(all);
         return false;
+    }
     // Both models are tried, each for itself.
     for (int i = 0; i < PROPOSAL_MODELS; i++) {
         all->verdict[i].proposal = all->subject;

@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "geometry/box.h"
+#include "io/volume_import.h"
 #include "scene/scene.h"
 
 #include <stdio.h>
@@ -16,7 +17,7 @@ enum { PROPOSAL_PIECES = 64 };
 typedef struct Proposal {
     const char *path; // of the mesh or volume
     bool volume;
-    int label;        // of a volume: the label of the body
+    int label, layer; // of a volume: the label of the body; 0: the only layer
     double scale;     // metres per unit of a mesh file; for a volume a factor on its own units
     SceneModel model; // MODEL_SURFACE: a wall
     bool implicit;    // the wall uses the implicit integrator
@@ -37,13 +38,22 @@ typedef struct Verdict {
 
 enum { PROPOSAL_MODELS = 2 };
 
+// Which part of a label volume is meant.
+typedef struct LabelChoice {
+    const char *label; // number or name; NULL: the largest
+    int layer;         // from 1; 0: any
+} LabelChoice;
+
 // The proposals for a file.
 typedef struct Proposals {
     Proposal subject;                 // common to all of the following
     int components;                   // of a mesh: surfaces that share no edge
     int triangles, loose;             // of a mesh, and those that share no edge with another
     double shortest;                  // of a mesh: edge [m]
-    double volume;                    // enclosed by a mesh [m3]; 0: it has borders
+    double volume;                    // enclosed by a mesh, or of the label [m3]; 0: it has borders
+    LabelVolume frame;                // of a volume, scaled, without its voxels; owned
+    VolumeLabels labels;              // in it; owned
+    double thinnest;                  // shortest side of the chosen label's box [m]; 0: of a mesh
     Verdict verdict[PROPOSAL_MODELS]; // by SceneModel
 } Proposals;
 
@@ -52,7 +62,9 @@ bool proposal_is_volume(const char *path);
 
 // Judges both models. `scale`: metres per unit of a mesh file, or factor on the units of a volume.
 // Returns false with a status if the file cannot be read.
-bool proposal_judge(const char *path, double scale, Proposals *proposals, Status *status);
+bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposals *proposals,
+                    Status *status);
+void proposals_destroy(Proposals *proposals);
 // Returns the best proposal: a wall with explicit steps, then a solid, then a wall with implicit
 // steps; NULL: none is usable.
 const Verdict *proposal_best(const Proposals *proposals);
@@ -69,6 +81,7 @@ void proposal_write(const Proposal *proposal, const char *file, FILE *out);
 // of a label volume, whose own units are multiplied by `scale` (0: 1), and whether it can be a wall
 // or a solid (scene/proposal.h). Returns false with one sentence in `status` if it can be neither;
 // prints nothing about a file that cannot be read.
-bool mesh_report_print(const char *path, double scale, FILE *out, Status *status);
+bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE *out,
+                       Status *status);
 
 #endif

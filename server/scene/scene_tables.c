@@ -216,7 +216,7 @@ static const char *type_text(const Option *option)
     case OPTION_INT:
         return "integer";
     case OPTION_INTS:
-        return "integers";
+        return option->names ? "integers or names" : "integers";
     case OPTION_BOOL:
         return "boolean";
     case OPTION_WORD:

@@ -3,6 +3,7 @@
 #include "scene/scene_parts.h"
 
 #include "base/check.h"
+#include "io/volume_import.h"
 #include "voxel/layout.h"
 
 #include <stdlib.h>
@@ -34,9 +35,15 @@ static const Option VOXELS_OPTIONS[] = {
      .about =
          "Label volume, NRRD or NIfTI, relative to the scene's folder. One of this, `mesh` and "
          "`generator`."},
-    {"label", OPTION_INTS, AT(label), "", 1.0, LABEL_MAX, .preset_text = "1",
+    {"label", OPTION_INTS, AT(label), "", 1.0, LABEL_MAX, .preset_text = "1", .names = true,
      .only = FROM(VOXELS_FILE),
-     .about = "With `file`: the labels that belong to the body, one or a list of up to 255."},
+     .about = "With `file`: the labels that belong to the body, one or a list of up to 255, by "
+              "number or by the name that a .seg.nrrd gives them."},
+    {"layer", OPTION_INT, AT(voxels.layer), "", 1.0, VOLUME_MOST_VOXELS,
+     .preset_text = "that of the names, or the one with most of the labels",
+     .only = FROM(VOXELS_FILE),
+     .about = "With `file`: which of several label images is read, a layer of a .seg.nrrd or a "
+              "frame of a NIfTI file, from 1."},
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
      .about =
          "Closed OBJ, STL, PLY, OFF or VTK mesh, relative to the scene's folder, whose inside is "
@@ -112,6 +119,39 @@ static bool choose_size(const SceneReader *reader, const config_setting_t *group
            option_require(&VOXELS_TABLE, group, "size", &reader->source);
 }
 
+// Finds the label of a name in the file, and its layer.
+static bool find_named(const SceneReader *reader, const config_setting_t *at, VoxelSource *voxels,
+                       int *label)
+{
+#ifdef PLIANT_WITH_LATTICES
+    LabelVolume volume;
+    Status said = {0};
+    const char *name = config_setting_get_string(at);
+    if (!volume_import_header(voxels->file, &volume, &said))
+        return option_fail(&reader->source, at, "%s", said.text);
+    int layer = voxels->layer;
+    *label = volume_find_name(&volume, name, &layer, &said);
+    volume_destroy(&volume);
+    if (*label == 0)
+        return option_fail(&reader->source, at, "%s: %s", voxels->file, said.text);
+    voxels->layer = layer;
+    return true;
+#else
+    (void)voxels;
+    (void)label;
+    return option_fail(&reader->source, at, "label: built without label volumes (PLIANT_VOXEL)");
+#endif
+}
+
+// Reads one label, a number or a name.
+static bool choose_label(const SceneReader *reader, const config_setting_t *at, VoxelSource *voxels,
+                         int *label)
+{
+    if (config_setting_type(at) == CONFIG_TYPE_STRING)
+        return find_named(reader, at, voxels, label);
+    return option_read_ints(at, label, 1) == 1;
+}
+
 static bool choose_labels(const SceneReader *reader, const VoxelsGroup *raw, VoxelSource *voxels)
 {
     int count = option_read_ints(raw->label, NULL, 0);
@@ -121,7 +161,13 @@ static bool choose_labels(const SceneReader *reader, const VoxelsGroup *raw, Vox
     // Without labels of its own the body is what has label 1.
     voxels->label_count = count > 0 ? count : 1;
     voxels->label[0] = 1;
-    option_read_ints(raw->label, voxels->label, LATTICE_MATERIALS);
+    for (int i = 0; i < count; i++) {
+        const config_setting_t *one = config_setting_is_scalar(raw->label)
+                                          ? raw->label
+                                          : config_setting_get_elem(raw->label, (unsigned)i);
+        if (!choose_label(reader, one, voxels, &voxels->label[i]))
+            return false;
+    }
     // Each label is one material.
     for (int i = 0; i < count; i++)
         for (int k = 0; k < i; k++)
@@ -282,12 +328,12 @@ const OptionTable BRANCH_TABLE = OPTION_TABLE("bodies.material.relaxation",
 
 typedef struct LabelGroup {
     SolidMaterial material; // first: offsets of rows are the same in a SolidMaterial
-    int label;
+    const config_setting_t *label;
 } LabelGroup;
 
 #define AT(member) offsetof(LabelGroup, member)
 static const Option LABEL_OPTIONS[] = {
-    {"label", OPTION_INT, AT(label), "", 1.0, 1e9, .required = true,
+    {"label", OPTION_INTS, AT(label), "", 1.0, LABEL_MAX, .required = true, .names = true,
      .about = "Label in the volume, one of `voxels.label`."},
     {"youngs_modulus", OPTION_REAL, AT(material.youngs_modulus), "Pa", 0.0, 1e12, .open = true,
      .preset_text = "as in `material`", .physics = true, .about = "Young's modulus."},
@@ -429,14 +475,18 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
         !check_poisson(reader, raw, group, entry.material.poisson_ratio))
         return false;
     // Find the label among those of the voxels.
-    int index = 0;
-    while (index < body->voxels.label_count && body->voxels.label[index] != entry.label)
+    const config_setting_t *at = entry.label;
+    int index = 0, label;
+    if (!config_setting_is_scalar(at))
+        return option_fail(source, at, "label must be one number or name");
+    if (!choose_label(reader, at, &body->voxels, &label))
+        return false;
+    while (index < body->voxels.label_count && body->voxels.label[index] != label)
         index++;
-    const config_setting_t *at = option_find(group, "label");
     if (index == body->voxels.label_count)
-        return option_fail(source, at, "label %d is not among those of voxels", entry.label);
+        return option_fail(source, at, "label %d is not among those of voxels", label);
     if (given[index])
-        return option_fail(source, at, "label %d has a material already", entry.label);
+        return option_fail(source, at, "label %d has a material already", label);
     given[index] = true;
     // Keys that are not given keep the usual value.
     SolidMaterial *material = &body->material[index];

@@ -38,7 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const char *path = write_files(data, size);
     LabelVolume volume;
     Status status = {0};
-    bool ok = volume_import(path, &volume, &status);
+    bool ok = volume_import(path, 1, &volume, &status);
     fuzz_print(ok ? "taken" : status.text);
     MUST(ok == (status.code == STATUS_OK));
     MUST(ok || (status.code == STATUS_INVALID && strchr(status.text, '\n') == NULL));

@@ -104,6 +104,10 @@ def volumes():
     put("nrrd", "spacings", ("NRRD0001\ntype: short\ndimension: 4\nsizes: 1 2 2 2\nspacings: nan 10 10 "
         "10\nendian: big\nencoding: raw\nbyte skip: -1\n\n").encode()
         + b"".join(struct.pack(">h", v) for v in LABELS))
+    put("nrrd", "layers", ("NRRD0005\ntype: uchar\ndimension: 4\nsizes: 2 2 2 2\nkinds: list domain domain "
+        "domain\nspace: LPS\nspace directions: none (10,0,0) (0,10,0) (0.2,0,10)\nencoding: raw\n"
+        "Segment0_Name:=liver\nSegment0_LabelValue:=2\nSegment0_Layer:=1\nSegment0_Color:=0.5 0.5 0.5\n\n"
+        ).encode() + bytes(v for pair in zip(LABELS, LABELS) for v in pair))
     put("nrrd", "double", ("NRRD0005\ntype: double\ndimension: 3\nspace: RAS\nsizes: 2 2 2\nspace units:"
         " \"cm\" \"cm\" \"cm\"\nspace directions: (1,0,0) (0,1,0) (0,0,-1)\nendian: little\nencoding: "
         "raw\nline skip: 1\n\nline\n").encode() + struct.pack("<8d", *LABELS))

@@ -62,7 +62,7 @@ TEST(what_is_no_volume_is_refused)
             memcpy(garbage + 344, "n+1", 4);
         }
         scratch_write(&scratch_space, "organ", garbage, sizeof garbage);
-        assert_false(volume_import(path, &volume, &status));
+        assert_false(volume_import(path, 1, &volume, &status));
     }
 }
 
@@ -76,7 +76,11 @@ static void try_file(const unsigned char *data, size_t size, int *read, int *ref
     int file = memfd_create("organ", 0);
     snprintf(name, sizeof name, "/proc/self/fd/%d", file);
     assert_true(file >= 0 && write(file, data, size) == (ssize_t)size);
-    if (volume_import(name, &volume, &status)) {
+    if (volume_import(name, 1, &volume, &status)) {
+        VolumeLabels list;
+        Status said = {0};
+        if (volume_labels(&volume, &list, &said))
+            volume_labels_destroy(&list);
         long sum = 0, voxels = (long)volume.count[0] * volume.count[1] * volume.count[2];
         for (long v = 0; v < voxels; v++)
             sum += volume.label[v];
@@ -97,12 +101,17 @@ TEST(damaged_files_are_read_or_refused_but_never_harm)
     static const char *const encodings[] = {"raw", "gzip", "ascii", "hex"};
     FREED Bytes *base = malloc(sizeof *base), *inner = malloc(sizeof *inner);
     uint64_t seed = 17;
-    for (int file = 0; file < 7; file++) {
+    for (int file = 0; file < 8; file++) {
         NiftiFields fields = plain_nifti();
         int read = 0, refused = 0;
         base->size = inner->size = 0;
         if (file < 4)
             put_nrrd(base, &TYPES[2 + file], encodings[file], file == 2);
+        else if (file == 7) // two layers, of which one is read, and names
+            put_text(base, "NRRD0005\ntype: char\ndimension: 4\nsizes: 2 2 2 2\nspace: LPS\n"
+                           "space directions: none (1,0,0) (0,1,0) (0,0.02,1)\nencoding: raw\n"
+                           "Segment0_Name:=ma\xc3\xa4\nSegment0_LabelValue:=5\nSegment0_Layer:=0\n"
+                           "Segment1_Color:=0.5 1 0\n\n0123456789abcdef");
         else
             put_nifti_file(file == 6 ? inner : base, &fields, &TYPES[2 * (file - 4)], file == 5);
         if (file == 6)

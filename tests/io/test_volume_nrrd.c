@@ -28,7 +28,7 @@ TEST(nrrd_of_every_type_order_and_encoding_reads_the_same)
             }
 }
 
-TEST(negative_and_large_labels_keep_their_value)
+TEST(large_labels_keep_their_value_and_negative_ones_are_empty)
 {
     static const double labels[] = {-128, 127, -32768, 65535, 2147483647, -2147483647};
     static const int types[] = {0, 0, 2, 3, 5, 9};
@@ -43,7 +43,8 @@ TEST(negative_and_large_labels_keep_their_value)
         put_value(bytes, &TYPES[types[i]], labels[i], false);
         write_file(bytes);
         import(&volume);
-        assert_int_equal(volume.label[0], (int)labels[i]);
+        assert_int_equal(volume.label[0], (int)fmax(labels[i], 0.0));
+        assert_int_equal(volume.negative, labels[i] < 0.0);
     }
 }
 
@@ -211,7 +212,7 @@ TEST(files_beside_that_are_none_are_refused)
     Status status = {0};
     char expected[2 * SCRATCH_PATH];
     write_header("encoding: raw\ndata file: missing.raw\n");
-    assert_false(volume_import(path, &volume, &status));
+    assert_false(volume_import(path, 1, &volume, &status));
     snprintf(expected, sizeof expected, "%s/missing.raw: No such file or directory",
              scratch_space.folder);
     assert_string_equal(status.text, expected);
@@ -263,10 +264,10 @@ TEST(nrrd_defects_are_told_in_a_sentence)
                "space units: \"mm\" \"m\" \"mm\"\n",
          ": has another unit along each direction of space"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (2,0,0) (0,0,1)\n",
-         ": axes 0 and 1 are not at right angles (cosine 1, at most 0.001), so its voxels are no "
+         ": axes 0 and 1 are not at right angles (cosine 1, at most 0.035), so its voxels are no "
          "boxes"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (0,1,0) (0.1,0,1)\n",
-         ": axes 0 and 2 are not at right angles (cosine 0.0995, at most 0.001), so its voxels are "
+         ": axes 0 and 2 are not at right angles (cosine 0.0995, at most 0.035), so its voxels are "
          "no boxes"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (0,0,0) (0,0,1)\n",
          ": the spacing along axis 1 is 0 m, outside [1e-12, 1e+12]"},
@@ -338,7 +339,7 @@ TEST(nrrd_defects_are_told_in_a_sentence)
         // In the words of teem.
         LabelVolume volume;
         Status status = {0};
-        assert_false(volume_import(path, &volume, &status));
+        assert_false(volume_import(path, 1, &volume, &status));
         printf("%s\n", status.text + strlen(path));
         expect_in(status.text, ": bad NRRD header: ");
         assert_null(strchr(status.text, '\n'));
@@ -352,7 +353,7 @@ TEST(voxels_that_are_no_labels_are_refused)
     } bad[] = {
         {"float", "ascii", "1 2 0.5 4",
          ": voxel (0, 1, 0) is 0.5, not a label, which is a whole "
-         "number up to 2147483647"},
+         "number up to 2147483647; grey values or shares are segmented first"},
         {"double", "ascii", "1 2 3 nan",
          ": voxel (1, 1, 0) is nan, not a label, which is a whole "
          "number up to 2147483647"},

@@ -53,7 +53,7 @@ static inline void put_labels(Bytes *bytes, const Type *type, bool big)
 static inline void import(LabelVolume *volume)
 {
     Status status = {0};
-    expect_ok(volume_import(path, volume, &status), status);
+    expect_ok(volume_import(path, 1, volume, &status), status);
 }
 
 static inline void expect_labels(const LabelVolume *volume)
@@ -75,7 +75,7 @@ static inline void expect_error_of(const char *name, const char *rest)
 {
     LabelVolume volume;
     Status status = {0};
-    assert_false(volume_import(name, &volume, &status));
+    assert_false(volume_import(name, 1, &volume, &status));
     assert_int_equal(status.code, STATUS_INVALID);
     assert_null(volume.label);
     if (strncmp(status.text, name, strlen(name)) != 0)

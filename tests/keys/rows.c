@@ -378,6 +378,8 @@ const KeyRow KEY_ROWS[] = {
              "dimensions 2 means nothing")},
     {MOVES(VOXELS, label, V, SOURCE, VOXELS(LIVER), VOXELS(LIVER "label = 2;"))},
     {REFUSES(VOXELS, label, V | P, SOURCE, DISC("label = 2;"), "label means nothing")},
+    {REFUSES(VOXELS, layer, V, SOURCE, VOXELS(LIVER "layer = 2;"), "layer 2 outside [1, 1]")},
+    {REFUSES(VOXELS, layer, V | P, SOURCE, DISC("layer = 1;"), "layer means nothing")},
     {MOVES(VOXELS, mesh, V, SOURCE, NULL, VOXELS("mesh = \"ball.obj\"; size = 0.01;"))},
     {REFUSES(VOXELS, mesh, P, SOURCE, VOXELS("mesh = \"ball.obj\"; size = 0.01; dimensions = 2;"),
              "dimensions 2 means nothing")},

@@ -340,6 +340,146 @@ TEST(triangles_that_share_nothing_are_no_wall)
 }
 #endif
 
+#ifdef PLIANT_WITH_VOXEL
+// Writes voxels of these spacings [mm], which `label_at` gives, behind more lines of the header.
+static void write_labels(const char *name, const int count[3], const double spacing[3],
+                         const char *lines, int layers, int (*label_at)(const int at[3], int layer))
+{
+    FILE *file = fopen(scratch(name), "w");
+    assert_non_null(file);
+    fprintf(file,
+            "NRRD0005\ntype: uchar\ndimension: 4\nsizes: %d %d %d %d\n"
+            "kinds: list domain domain domain\nspace: LPS\n"
+            "space directions: none (%g,0,0) (0,%g,0) (0,0,%g)\nencoding: raw\n%s\n",
+            layers, count[0], count[1], count[2], spacing[0], spacing[1], spacing[2], lines);
+    for (int v = 0; v < count[0] * count[1] * count[2]; v++)
+        for (int l = 0; l < layers; l++)
+            fputc(label_at((const int[3]){v % count[0], v / count[0] % count[1],
+                                          v / count[0] / count[1]},
+                           l),
+                  file);
+    fclose(file);
+}
+
+static int all_of_it(const int at[3], int layer)
+{
+    (void)at;
+    (void)layer;
+    return 1;
+}
+
+// A slab within a margin of two voxels.
+static int slab(const int at[3], int layer)
+{
+    (void)layer;
+    return at[0] >= 2 && at[0] < 48 && at[1] >= 2 && at[1] < 48;
+}
+
+// Two separate blocks of label 1; in the second layer a block of label 1 and one of label 2.
+static int organs(const int at[3], int layer)
+{
+    if (layer == 0)
+        return at[0] < 5 || at[0] >= 15;
+    return at[0] < 14 ? 1 : at[0] >= 15 ? 2 : 0;
+}
+
+static int noise(const int at[3], int layer)
+{
+    return (at[0] * 7919 + at[1] * 104729 + at[2] * 1299709 + layer) % 251;
+}
+
+TEST(a_label_of_more_voxels_than_cells_are_possible_is_proposed_with_larger_ones)
+{
+    // As cells of the smallest spacing they would be 18.4 million, of which 16.8 are possible: they
+    // are never made.
+    Process result;
+    write_labels("large.nrrd", (const int[]){100, 120, 96}, (const double[]){1.0, 0.25, 1.0}, "", 1,
+                 all_of_it);
+    run(&result, "--check large.nrrd");
+    assert_string_equal(result.err, "");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result,
+                   "label 1: \"\", layer 1, voxels 1152000, volume 0.000288 m3, pieces 1, ");
+    expect_printed(&result, "as a solid: yes, ");
+}
+
+TEST(a_body_of_a_few_slices_gets_cells_that_divide_them)
+{
+    // 3 mm thick, 73.6 mm wide: cells of 3, 1.5 or 1 mm. Only the sides may be off, by half a cell
+    // of 3 mm each: (76.6 / 73.6)^2 = 1.083.
+    Process result;
+    double times = 0.0;
+    write_labels("slab.nrrd", (const int[]){50, 50, 3}, (const double[]){1.6, 1.6, 1.0}, "", 1,
+                 slab);
+    run(&result, "--check slab.nrrd");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result, "voxels 6348, volume 1.62509e-05 m3");
+    const char *said = strstr(result.out, "times the volume of its label");
+    assert_non_null(said);
+    while (said[-1] != ',')
+        said--;
+    times = strtod(said, NULL);
+    if (times < 1.0 / 1.083 || times > 1.083)
+        fail_msg("%g times the volume", times);
+}
+
+static const char SEGMENTS[] = "Segment0_Name:=lungs\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n"
+                               "Segment1_Name:=liver\nSegment1_LabelValue:=1\nSegment1_Layer:=1\n"
+                               "Segment2_Name:=spleen\nSegment2_LabelValue:=2\nSegment2_Layer:=1\n"
+                               "Segment2_Color:=0.5 0.25 1\n";
+
+TEST(labels_are_listed_and_the_one_taken_is_said)
+{
+    Process result;
+    // 10 x 10 x 10 mm of cubes of 2 mm; lungs 2 x 5 of 20 columns, liver 14, spleen 5.
+    write_labels("organs.seg.nrrd", (const int[]){20, 10, 10}, (const double[]){2.0, 2.0, 2.0},
+                 SEGMENTS, 2, organs);
+    run(&result, "--check organs.seg.nrrd");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result, "  label: 1, the largest of 3 (else --label NUMBER or NAME)\n"
+                            "  layers: 2, the label is of layer 2\n");
+    expect_printed(&result,
+                   "label 1: \"liver\", layer 2, voxels 1400, volume 1.12e-05 m3, pieces 1, "
+                   "box: [-0.001, -0.001, -0.001] to [0.027, 0.019, 0.019] m\n");
+    expect_printed(&result,
+                   "label 1: \"lungs\", layer 1, voxels 1000, volume 8e-06 m3, pieces 2, ");
+    expect_printed(&result, "label 2: \"spleen\", layer 2, voxels 500, volume 4e-06 m3, pieces 1, "
+                            "colour 0.5 0.25 1, ");
+    static const struct {
+        const char *choice, *scene;
+    } cases[] = {{"", "label = 1;  layer = 2;"},
+                 {"--label lungs", "label = 1;  layer = 1;"},
+                 {"--label 1 --layer 1", "label = 1;  layer = 1;"},
+                 {"--label 2", "label = 2;  layer = 2;"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char arguments[128];
+        snprintf(arguments, sizeof arguments, "--propose %s organs.seg.nrrd -o o%zu.cfg",
+                 cases[i].choice, i);
+        run(&result, arguments);
+        assert_string_equal(result.err, "");
+        expect_printed(&result, "  label: ");
+        snprintf(arguments, sizeof arguments, "o%zu.cfg", i);
+        FREED char *scene = file_text(scratch(arguments));
+        expect_in(scene, cases[i].scene);
+    }
+    run(&result, "--check --label kidney organs.seg.nrrd");
+    expect_refusal(&result, 2, "organs.seg.nrrd: no voxel has the label kidney");
+    run(&result, "--check --layer 3 organs.seg.nrrd");
+    expect_refusal(&result, 2, "organs.seg.nrrd: layer 3 outside [1, 2]");
+}
+
+TEST(an_image_of_grey_values_is_refused_as_one)
+{
+    Process result;
+    write_labels("scan.nrrd", (const int[]){50, 50, 50}, (const double[]){1.0, 1.0, 1.0}, "", 1,
+                 noise);
+    run(&result, "--check scan.nrrd");
+    expect_refusal(&result, 2,
+                   "scan.nrrd: is an image of grey values, not of labels: 250 different");
+    assert_string_equal(result.out, "");
+}
+#endif
+
 TEST(a_repaired_mesh_is_written_for_other_programs_and_read_back)
 {
     Process result, before, after;
@@ -392,6 +532,7 @@ TEST(bad_usage_exits_2_with_one_line)
         {"--check --frobnicate cube.obj", "--frobnicate"},
         {"--check --scale cube.obj", "--scale 'cube.obj' is not a number in (0, 1e+06]"},
         {"--check --units inch cube.obj", "--units 'inch' is none of m, dm, cm, mm and um"},
+        {"--label 1 scene.cfg -o model.h5", "--label and --layer go with --check or --propose"},
         {"--check --model voxel cube.obj", "--model goes with --propose"},
         {"--propose cube.obj", "needs either --check"},
         {"--repair --propose cube.obj -o a.cfg", "needs either --check"},

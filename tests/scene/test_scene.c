@@ -237,11 +237,16 @@ TEST(every_key_refuses_a_wrong_type)
             const Option *option = &table->option[k];
             bool string = option->type == OPTION_WORD || option->type == OPTION_NAME ||
                           option->type == OPTION_STRING;
-            expect_refused(table, option->key, string ? "3" : "\"word\"", "must be");
+            expect_refused(table, option->key,
+                           string          ? "3"
+                           : option->names ? "true"
+                                           : "\"word\"",
+                           "must be");
             if (option->type == OPTION_INT || option->type == OPTION_INTS)
                 expect_refused(table, option->key, "1.0", "without a point");
             if (option->type == OPTION_INTS) {
-                expect_refused(table, option->key, "[1, 2, \"word\"]", "must be");
+                expect_refused(table, option->key, option->names ? "(1, true)" : "[1, 2, \"word\"]",
+                               "must be");
                 expect_refused(table, option->key, "[]", "is empty");
             }
             if (option->type == OPTION_WORD)

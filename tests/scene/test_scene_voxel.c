@@ -296,6 +296,46 @@ TEST(drag_is_for_bodies_that_say_nothing_of_damping)
     expect_near(scene->body[0].voxel.drag, 0.0, 0.0);
 }
 
+// Two layers of two voxels; "tumour" and "liver" have the same number, in different ones.
+static void write_segments(void)
+{
+    static const char text[] =
+        "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 2 2 1 1\nkinds: list domain domain domain\n"
+        "space: LPS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: ascii\n"
+        "Segment0_Name:=liver\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n"
+        "Segment1_Name:=vein\nSegment1_LabelValue:=5\nSegment1_Layer:=1\n"
+        "Segment2_Name:=tumour\nSegment2_LabelValue:=1\nSegment2_Layer:=1\n\n1 5 0 1\n";
+    scratch_write(&scratch_space, "segments.nrrd", text, sizeof text - 1);
+}
+
+TEST(labels_are_chosen_by_their_names)
+{
+    write_segments();
+    const Scene *scene = read_valid(VOXELS("file = \"segments.nrrd\"; label = \"tumour\";"));
+    assert_int_equal(scene->body[0].voxels.label[0], 1);
+    assert_int_equal(scene->body[0].voxels.layer, 2);
+    scene = read_valid(START "voxels = { file = \"segments.nrrd\"; label = (\"tumour\", \"vein\"); "
+                             "};\n materials = ( { label = \"vein\"; density = 900.0; } ); } );");
+    const SceneBody *body = &scene->body[0];
+    assert_int_equal(body->voxels.label_count, 2);
+    assert_int_equal(body->voxels.label[1], 5);
+    expect_near(body->material[0].density, 1000.0, 0.0);
+    expect_near(body->material[1].density, 900.0, 0.0);
+    // A number and a key for the layer.
+    scene = read_valid(VOXELS("file = \"segments.nrrd\"; label = 1; layer = 2;"));
+    assert_int_equal(scene->body[0].voxels.layer, 2);
+    // Names that are in no common layer, or in none.
+    static Scene none;
+    expect_in(
+        read_as_scene(VOXELS("file = \"segments.nrrd\"; label = (\"liver\", \"vein\");"), &none),
+        "segments.nrrd: no label of that layer has the name 'vein'; the names are liver, vein, "
+        "tumour");
+    expect_in(read_as_scene(VOXELS("file = \"segments.nrrd\"; label = \"livr\";"), &none),
+              "segments.nrrd: no label has the name 'livr'; the names are liver, vein, tumour");
+    expect_in(read_as_scene(VOXELS("file = \"missing.nrrd\"; label = \"liver\";"), &none),
+              "missing.nrrd: No such file");
+}
+
 // By the claims of which they are the other side.
 static const WrongScene WRONG[] = {
     // volumes have labels and their own spacing
@@ -303,8 +343,8 @@ static const WrongScene WRONG[] = {
     {VOXELS("file = \"a.nrrd\"; label = [2, 0];"), "2: label 0 outside [1, 1e+09]"},
     {VOXELS("file = \"a.nrrd\"; label = [2, 3, 2];"), "2: label 2 is chosen twice"},
     {VOXELS("file = \"a.nrrd\"; label = [];"), "2: label is empty"},
-    {VOXELS("file = \"a.nrrd\"; label = \"liver\";"),
-     "2: label \"liver\" must be a whole number or a list of them"},
+    {VOXELS("file = \"a.nrrd\"; label = true;"),
+     "2: label true must be a whole number, a name or a list of them"},
     // meshes are filled with cells of a size
     {VOXELS("mesh = \"liver.stl\";"), "2: bodies.voxels.size is missing (Edge length of a cell; "
                                       "for generators before `scale`, otherwise in the world.)"},
