@@ -324,11 +324,10 @@ static bool is_layered(const NrrdAxisInfo *axis)
            axis->kind == nrrdKindTime || axis->kind == nrrdKindDomain;
 }
 
-// Finds the three spatial axes; the others have one sample each, but one that counts layers.
-static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], LabelVolume *volume,
-                      VolumeData *data)
+// Marks the three axes of space.
+static bool mark_axes(const Header *header, const Nrrd *nrrd, bool is_space[NRRD_DIM_MAX])
 {
-    bool directed = has_directions(nrrd), is_space[NRRD_DIM_MAX] = {false};
+    bool directed = has_directions(nrrd);
     int spatial = 0;
     // Axes of space have a direction, or a kind that says so.
     for (unsigned a = 0; a < nrrd->dim; a++) {
@@ -342,12 +341,20 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
             is_space[a] = false;
             spatial--;
         }
-    if (spatial != 3)
-        return status_fail(header->status, STATUS_INVALID,
-                           "%s: has %d axes of space, not 3 as a volume", header->file->path,
-                           spatial);
+    return spatial == 3 ||
+           status_fail(header->status, STATUS_INVALID,
+                       "%s: has %d axes of space, not 3 as a volume", header->file->path, spatial);
+}
+
+// Finds the three spatial axes; the others have one sample each, but one that counts layers.
+static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], LabelVolume *volume,
+                      VolumeData *data)
+{
+    bool is_space[NRRD_DIM_MAX] = {false};
+    if (!mark_axes(header, nrrd, is_space))
+        return false;
     // Of every other axis but one of layers there is one sample: a label per voxel.
-    spatial = 0;
+    int spatial = 0;
     double inner = 1.0;
     for (unsigned a = 0; a < nrrd->dim; inner *= (double)nrrd->axis[a++].size) {
         size_t size = nrrd->axis[a].size;

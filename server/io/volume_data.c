@@ -221,27 +221,72 @@ static void convert(const unsigned char *bytes, size_t count, VoxelType type, do
 // much, and no interpolation between two labels comes as close for more than a few voxels.
 static const double SLACK = 1e-3;
 
+// The slice that is being read.
+typedef struct Slice {
+    LabelVolume *volume;
+    VolumeTake *take;
+    void *user;
+    int *label; // [area]
+    long area, filled;
+    int k;
+} Slice;
+
+static bool fail_label(const VolumeData *data, const Slice *slice, long v, double x, Status *status)
+{
+    const long at = slice->filled + v, nx = slice->volume->count[0];
+    return status_fail(
+        status, STATUS_INVALID,
+        "%s: voxel (%ld, %ld, %d) is %.9g%s, not a label, which is a whole number up "
+        "to %d%s",
+        data->file.path, at % nx, at / nx, slice->k, x, data->slope != 0.0 ? " when scaled" : "",
+        INT_MAX, fabs(x) < INT_MAX ? "; grey values or shares are segmented first" : "");
+}
+
+// Copies values that are labels as they are, as in most files; false: one is not.
+static bool copy_labels(const double *value, size_t count, int *label)
+{
+    bool plain = true;
+    for (size_t v = 0; v < count; v++) {
+        const bool fits = value[v] >= 0.0 && value[v] <= INT_MAX;
+        label[v] = fits ? (int)value[v] : 0;
+        plain &= (double)label[v] == value[v];
+    }
+    return plain;
+}
+
 // Converts values to labels, which are integers that fit an int.
-static bool to_labels(const VolumeData *data, const double *value, size_t count, long first,
-                      LabelVolume *volume, Status *status)
+static bool round_labels(const VolumeData *data, const double *value, size_t count, Slice *slice,
+                         Status *status)
 {
     for (size_t v = 0; v < count; v++) {
         const double x = data->slope != 0.0 ? data->slope * value[v] + data->inter : value[v];
         const double whole = rint(x);
-        if (fabs(x - whole) <= SLACK && fabs(whole) <= INT_MAX) {
-            volume->label[first + (long)v] = whole > 0.0 ? (int)whole : 0;
-            volume->negative += whole < 0.0;
-            continue;
-        }
-        // Say which voxel is no label.
-        long at = first + (long)v, row = at / volume->count[0];
-        return status_fail(status, STATUS_INVALID,
-                           "%s: voxel (%ld, %ld, %ld) is %.9g%s, not a label, which is a whole "
-                           "number up to %d%s",
-                           data->file.path, at % volume->count[0], row % volume->count[1],
-                           row / volume->count[1], x, data->slope != 0.0 ? " when scaled" : "",
-                           INT_MAX,
-                           fabs(x) < INT_MAX ? "; grey values or shares are segmented first" : "");
+        if (!(fabs(x - whole) <= SLACK && fabs(whole) <= INT_MAX))
+            return fail_label(data, slice, (long)v, x, status);
+        slice->label[slice->filled + (long)v] = whole > 0.0 ? (int)whole : 0;
+        slice->volume->negative += whole < 0.0;
+    }
+    return true;
+}
+
+// Passes on full slices.
+static bool to_labels(const VolumeData *data, const double *value, size_t count, Slice *slice,
+                      Status *status)
+{
+    while (count > 0) {
+        const size_t left = (size_t)(slice->area - slice->filled),
+                     part = count < left ? count : left;
+        if ((data->slope != 0.0 || !copy_labels(value, part, slice->label + slice->filled)) &&
+            !round_labels(data, value, part, slice, status))
+            return false;
+        slice->filled += (long)part;
+        value += part;
+        count -= part;
+        if (slice->filled < slice->area)
+            break;
+        if (!slice->take(slice->user, slice->k++, slice->label, status))
+            return false;
+        slice->filled = 0;
     }
     return true;
 }
@@ -325,9 +370,9 @@ static size_t keep_layer(const VolumeData *data, const LabelVolume *volume, long
     return kept;
 }
 
-static bool read_labels(const VolumeData *data, Source *source, long voxels, LabelVolume *volume,
-                        Status *status)
+static bool read_labels(const VolumeData *data, Source *source, Slice *slice, Status *status)
 {
+    const LabelVolume *volume = slice->volume;
     unsigned char *bytes = malloc((size_t)CHUNK * 8);
     double *value = malloc((size_t)CHUNK * sizeof *value);
     ASSERT(bytes != NULL && value != NULL);
@@ -339,20 +384,20 @@ static bool read_labels(const VolumeData *data, Source *source, long voxels, Lab
         left -= (long long)part;
     }
     // Then a piece at a time, so that memory does not grow with the file.
-    const long values = voxels * volume->layers;
-    for (long first = 0, done = 0; ok && first < values; first += CHUNK) {
+    const long values = slice->area * volume->count[2] * volume->layers;
+    for (long first = 0; ok && first < values; first += CHUNK) {
         size_t count = (size_t)(values - first < CHUNK ? values - first : CHUNK);
         ok = read_chunk(data, source, bytes, value, count, first, status);
         count = ok ? keep_layer(data, volume, first, count, value) : 0;
-        ok = ok && to_labels(data, value, count, done, volume, status);
-        done += (long)count;
+        ok = ok && to_labels(data, value, count, slice, status);
     }
     free(bytes);
     free(value);
     return ok;
 }
 
-bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status)
+bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *take, void *user,
+                      Status *status)
 {
     double voxels = (double)volume->count[0] * (double)volume->count[1] * (double)volume->count[2];
     // The size must be one that can be, before memory is taken.
@@ -362,18 +407,25 @@ bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *statu
                            VOLUME_MOST_VOXELS);
     if (!check_size(data, voxels * volume->layers, status))
         return false;
-    volume->label = malloc((size_t)voxels * sizeof *volume->label);
-    if (volume->label == NULL)
-        return status_fail(status, STATUS_FAILED, "%s: no memory for %.0f voxels", data->file.path,
-                           voxels);
+    Slice slice = {.volume = volume, .take = take, .user = user};
+    slice.area = (long)volume->count[0] * volume->count[1];
+    slice.label = malloc((size_t)slice.area * sizeof *slice.label);
+    if (slice.label == NULL)
+        return status_fail(status, STATUS_FAILED, "%s: no memory for %ld voxels", data->file.path,
+                           slice.area);
     // Read them; a damaged stream shows at its end.
     Source source;
-    if (!source_open(&source, &data->file, data->offset, data->encoding == ENCODING_GZIP))
-        return status_fail(status, STATUS_FAILED, "%s: %s", data->file.path, strerror(errno));
-    bool ok = read_labels(data, &source, (long)voxels, volume, status);
-    const char *fault = ok ? source_fault(&source) : NULL;
-    if (fault != NULL)
-        ok = status_fail(status, STATUS_INVALID, "%s: its packed data %s", data->file.path, fault);
-    source_close(&source);
+    bool ok = source_open(&source, &data->file, data->offset, data->encoding == ENCODING_GZIP);
+    if (!ok) {
+        status_fail(status, STATUS_FAILED, "%s: %s", data->file.path, strerror(errno));
+    } else {
+        ok = read_labels(data, &source, &slice, status);
+        const char *fault = ok ? source_fault(&source) : NULL;
+        if (fault != NULL)
+            ok = status_fail(status, STATUS_INVALID, "%s: its packed data %s", data->file.path,
+                             fault);
+        source_close(&source);
+    }
+    free(slice.label);
     return ok;
 }

@@ -61,10 +61,24 @@ int voxel_type_size(VoxelType type); // [bytes]
 void volume_note(LabelVolume *volume, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-// Reads volume->count labels of volume->layer into volume->label, which it allocates after checking
-// that the file can hold all layers. Values within 1e-3 of a whole number are that; negative ones
-// are 0, and counted.
-bool volume_data_read(const VolumeData *data, LabelVolume *volume, Status *status);
+// Takes slice k of a layer, count[0] x count[1] labels. False with a status ends reading.
+typedef bool VolumeTake(void *user, int k, const int *label, Status *status);
+
+// Passes the slices of volume->layer to `take`, in order, after checking that the file can hold all
+// layers. Values within 1e-3 of a whole number are that; negative ones are 0, and counted.
+bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *take, void *user,
+                      Status *status);
+// Reads a layer of a file: `volume` without labels, and its slices to `take`.
+bool volume_read(const char *path, int layer, LabelVolume *volume, VolumeTake *take, void *user,
+                 Status *status);
+
+// Lists the labels of the voxels that were read, without judging whether they are labels; false:
+// there are too many.
+bool volume_list(const LabelVolume *volume, VolumeLabels *list);
+// Finds the box of some labels of a list. Returns false with a status that lists the others if one
+// is missing.
+bool volume_find_box(const VolumeLabels *list, const int *label, int label_count, int low[3],
+                     int high[3], Status *status);
 
 // Read the headers of the two formats: set everything of `volume` but the labels, and `data`, whose
 // file is `file` or, for a detached header, the file of voxels that replaces it.

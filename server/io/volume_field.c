@@ -61,11 +61,10 @@ void volume_field(const LabelVolume *volume, const int *label, int label_count,
         for (int j = 0; j < blocks.count[1]; j++)
             for (int i = 0; i < blocks.count[0]; i++) {
                 const int at[3] = {i, j, k};
-                long v[3];
+                int v[3];
                 for (int a = 0; a < 3; a++)
                     v[a] = along[a].reversed ? along[a].end - 1 - at[a] : along[a].first + at[a];
-                const int here =
-                    volume->label[(v[2] * volume->count[1] + v[1]) * volume->count[0] + v[0]];
+                const int here = volume_label_at(volume, v[0], v[1], v[2]);
                 if (here != last)
                     is_inside = is_one_of(last = here, label, label_count);
                 *to++ = is_inside;

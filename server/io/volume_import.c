@@ -142,7 +142,8 @@ static bool open_volume(const char *path, VolumeFile *file, LabelVolume *volume,
            check_axes(path, volume, status);
 }
 
-bool volume_import(const char *path, int layer, LabelVolume *volume, Status *status)
+bool volume_read(const char *path, int layer, LabelVolume *volume, VolumeTake *take, void *user,
+                 Status *status)
 {
     VolumeFile file;
     VolumeData data;
@@ -156,7 +157,7 @@ bool volume_import(const char *path, int layer, LabelVolume *volume, Status *sta
         bool own = data.file.path != NULL;
         if (!own)
             data.file = file;
-        ok = volume_data_read(&data, volume, status);
+        ok = volume_data_read(&data, volume, take, user, status);
         if (!own)
             data.file = (VolumeFile){.descriptor = -1};
     }
@@ -167,6 +168,64 @@ bool volume_import(const char *path, int layer, LabelVolume *volume, Status *sta
     if (!ok)
         volume_destroy(volume);
     return ok;
+}
+
+// What is kept of a volume.
+typedef struct Store {
+    const char *path;
+    LabelVolume *volume;
+    const int *low, *high; // NULL: all
+} Store;
+
+// Begins with the first slice, when the size of the file is known to be right.
+static bool begin_store(const Store *store, Status *status)
+{
+    LabelVolume *volume = store->volume;
+    size_t voxels = 1;
+    for (int a = 0; a < 3; a++) {
+        volume->low[a] = store->low != NULL ? store->low[a] : 0;
+        volume->high[a] = store->high != NULL ? store->high[a] : volume->count[a];
+        voxels *= (size_t)(volume->high[a] - volume->low[a]);
+    }
+    volume->label = malloc(voxels * sizeof *volume->label);
+    return volume->label != NULL ||
+           status_fail(status, STATUS_FAILED, "%s: no memory for %zu voxels", store->path, voxels);
+}
+
+static bool store_slice(void *user, int k, const int *label, Status *status)
+{
+    const Store *store = user;
+    LabelVolume *volume = store->volume;
+    if (k == 0 && !begin_store(store, status))
+        return false;
+    const int *low = volume->low, *high = volume->high;
+    const size_t nx = (size_t)(high[0] - low[0]), ny = (size_t)(high[1] - low[1]);
+    for (int j = low[1]; j < high[1] && k >= low[2] && k < high[2]; j++)
+        memcpy(volume->label + ((size_t)(k - low[2]) * ny + (size_t)(j - low[1])) * nx,
+               label + (size_t)j * (size_t)volume->count[0] + low[0], nx * sizeof *label);
+    return true;
+}
+
+bool volume_import(const char *path, int layer, LabelVolume *volume, Status *status)
+{
+    Store store = {.path = path, .volume = volume};
+    return volume_read(path, layer, volume, store_slice, &store, status);
+}
+
+bool volume_import_labels(const char *path, int layer, const int *label, int label_count,
+                          LabelVolume *volume, Status *status)
+{
+    VolumeLabels list;
+    Status said = {0};
+    int low[3], high[3];
+    if (!volume_survey(path, layer, volume, &list, status))
+        return false;
+    volume_destroy(volume);
+    bool ok = volume_find_box(&list, label, label_count, low, high, &said) ||
+              status_fail(status, said.code, "%s: %s", path, said.text);
+    volume_labels_destroy(&list);
+    Store store = {.path = path, .volume = volume, .low = low, .high = high};
+    return ok && volume_read(path, layer, volume, store_slice, &store, status);
 }
 
 bool volume_import_header(const char *path, LabelVolume *volume, Status *status)
@@ -213,7 +272,6 @@ bool volume_find_data(const char *path, char **found, Status *status)
 // --- lattices: the voxels of a body, covered with cells ------------------------------------------
 
 static const double CUBE = 1e-3; // spacings with a smaller difference make cubes
-enum { LABELS_SHOWN = 12 };
 
 // The selected part of a volume. Axis a of the frame is that of the volume, or its opposite.
 typedef struct Part {
@@ -237,11 +295,6 @@ static int material_of(const Part *part, int label)
     return 0;
 }
 
-static int voxel_at(const LabelVolume *volume, int i, int j, int k)
-{
-    return volume->label[((long)k * volume->count[1] + j) * volume->count[0] + i];
-}
-
 // --- which voxels ---
 
 static bool check_list(const Part *part, Status *status)
@@ -255,54 +308,15 @@ static bool check_list(const Part *part, Status *status)
     return true;
 }
 
-static bool fail_missing(const VolumeLabels *list, int missing, Status *status)
-{
-    char text[400] = "";
-    int length = 0, shown = 0;
-    // List what there is, so that the user sees what was meant.
-    for (int last = INT_MIN; shown < LABELS_SHOWN; shown++) {
-        const VolumeLabel *next = NULL;
-        for (int i = 0; i < list->count; i++)
-            if (list->label[i].voxels > 0 && list->label[i].label > last &&
-                (next == NULL || list->label[i].label < next->label))
-                next = &list->label[i];
-        if (next == NULL)
-            break;
-        length += snprintf(text + length, sizeof text - (size_t)length, "%s%d",
-                           shown > 0 ? ", " : "", last = next->label);
-    }
-    if (shown == 0)
-        return status_fail(status, STATUS_INVALID,
-                           "no voxel has the label %d; all have the label 0", missing);
-    return status_fail(status, STATUS_INVALID,
-                       "no voxel has the label %d; the labels there are %s%s", missing, text,
-                       list->count > shown ? " and more" : "");
-}
-
 // Finds the box around all voxels that have one of the labels.
 static bool find_box(Part *part, Status *status)
 {
     VolumeLabels list;
-    if (!volume_labels(part->volume, &list, status))
-        return false;
-    bool ok = true;
-    for (int a = 0; a < 3; a++) {
-        part->low[a] = part->volume->count[a];
-        part->high[a] = 0;
-    }
-    for (int m = 0; m < part->label_count && ok; m++) {
-        int at = 0;
-        while (at < list.count && list.label[at].label != part->label[m])
-            at++;
-        // A label that no voxel has is a mistake of the scene.
-        ok = (at < list.count && list.label[at].voxels > 0) ||
-             fail_missing(&list, part->label[m], status);
-        for (int a = 0; a < 3 && ok; a++) {
-            const int low = list.label[at].low[a], high = list.label[at].high[a];
-            part->low[a] = low < part->low[a] ? low : part->low[a];
-            part->high[a] = high > part->high[a] ? high : part->high[a];
-        }
-    }
+    bool ok = volume_list(part->volume, &list);
+    if (!ok)
+        status_fail(status, STATUS_INVALID, "has more than %d labels", VOLUME_MOST_LABELS);
+    ok =
+        ok && volume_find_box(&list, part->label, part->label_count, part->low, part->high, status);
     volume_labels_destroy(&list);
     return ok;
 }
@@ -423,7 +437,7 @@ static void fill(const Part *part, int *const layer[3], Lattice *lattice)
             for (int i = 0; i < part->count[0]; i++, to++) {
                 if (layer[0][i] < 0 || layer[1][j] < 0 || layer[2][k] < 0)
                     continue;
-                int label = voxel_at(part->volume, layer[0][i], layer[1][j], layer[2][k]);
+                int label = volume_label_at(part->volume, layer[0][i], layer[1][j], layer[2][k]);
                 if (label != last)
                     material = material_of(part, last = label);
                 *to = (unsigned char)material;

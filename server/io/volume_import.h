@@ -29,13 +29,25 @@ typedef struct LabelVolume {
     int count[3];           // voxels along the axes of the file, without axes of one value
     Vec3 axis[3];           // [m] perpendicular within 1e-3, of either handedness
     Vec3 origin;            // [m]
-    int *label;             // [(k count[1] + j) count[0] + i], 0: empty, malloc'ed, owned
+    int low[3], high[3];    // the voxels that were read, high not in it; the others count as empty
+    int *label;             // of those, x fastest, 0: empty, malloc'ed, owned; volume_label_at
     int layers, layer;      // images in the file, and which of them this is, from 1
     long negative;          // voxels with negative values, which are empty
     VolumeSegment *segment; // [segment_count] of all layers, owned
     int segment_count;
     char notes[400]; // what was assumed where the file is not plain, as sentences; "": nothing
 } LabelVolume;
+
+// Returns the label of a voxel; 0 where none was read.
+static inline int volume_label_at(const LabelVolume *volume, int i, int j, int k)
+{
+    const int *low = volume->low, *high = volume->high;
+    if (i < low[0] || j < low[1] || k < low[2] || i >= high[0] || j >= high[1] || k >= high[2])
+        return 0;
+    return volume
+        ->label[((long)(k - low[2]) * (high[1] - low[1]) + j - low[1]) * (high[0] - low[0]) + i -
+                low[0]];
+}
 
 // A label that voxels have, or that the file names.
 typedef struct VolumeLabel {
@@ -58,6 +70,10 @@ typedef struct VolumeLabels {
 // the file. Allocates nothing that the file cannot hold. `layer`: of a file with several images (a
 // layered segmentation, frames) the one to read, from 1.
 bool volume_import(const char *path, int layer, LabelVolume *volume, Status *status);
+// The same of the box alone that has these labels. Fails also if a label is missing, or if it is an
+// image of grey values.
+bool volume_import_labels(const char *path, int layer, const int *label, int label_count,
+                          LabelVolume *volume, Status *status);
 // Reads all of a volume but its voxels.
 bool volume_import_header(const char *path, LabelVolume *volume, Status *status);
 // Returns the label of a name and its layer, which is searched alone if it is not 0. 0 with a
@@ -66,7 +82,8 @@ int volume_find_name(const LabelVolume *volume, const char *name, int *layer, St
 // Lists the labels of a volume. Returns false with a status (which does not name the file) if it
 // is an image of grey values.
 bool volume_labels(const LabelVolume *volume, VolumeLabels *list, Status *status);
-// Lists the labels of one layer of a file, or with 0 of all. `volume` is the layer read last.
+// Lists the labels of one layer of a file, or with 0 of all, without keeping its voxels. `volume`:
+// what is said of the layer read last.
 bool volume_survey(const char *path, int layer, LabelVolume *volume, VolumeLabels *list,
                    Status *status);
 // Finds the layer that has the most voxels of these labels.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Lists the labels of a volume: how much of it each has, where, and in how many pieces. Works on
 // runs of equal voxels along the rows, of which label volumes have few. Load time only.
-#include "io/volume_import.h"
+#include "io/volume_data.h"
 
 #include "base/check.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,7 @@ enum {
     // bits with a noise of 1, 2 or more in the thinnest cortex of an atlas.
     GREY_VALUES = 32,
     MOST_RUNS = 1 << 22, // whose pieces are counted
+    LABELS_SHOWN = 12,
 };
 static const double GREY_RUN = 1.5; // voxels
 
@@ -31,6 +33,8 @@ typedef struct Survey {
     double runs, solid; // of all labels: runs, voxels
     Run *run;           // of all rows; NULL: there are too many
     int run_count, run_capacity;
+    int low[3], high[3]; // voxels that are looked at
+    int *below, *here;   // where the runs of each row of two slices begin, with an end
 } Survey;
 
 // --- which label ---
@@ -113,12 +117,9 @@ static void join_rows(Survey *survey, int a, int a_end, int b, int b_end)
 
 // --- rows ---
 
-static bool add_row(Survey *survey, int j, int k)
+static bool add_row(Survey *survey, const int *row, int j, int k)
 {
-    const LabelVolume *volume = survey->volume;
-    const int nx = volume->count[0];
-    const int *row =
-        volume->label + ((size_t)k * (size_t)volume->count[1] + (size_t)j) * (size_t)nx;
+    const int first = survey->low[0], nx = survey->high[0] - first;
     for (int i = 0, end; i < nx; i = end) {
         for (end = i + 1; end < nx && row[end] == row[i];)
             end++;
@@ -128,7 +129,7 @@ static bool add_row(Survey *survey, int j, int k)
         if (at < 0)
             return false;
         VolumeLabel *label = &survey->list->label[at];
-        const int low[3] = {i, j, k}, high[3] = {end, j + 1, k + 1};
+        const int low[3] = {first + i, j, k}, high[3] = {first + end, j + 1, k + 1};
         for (int a = 0; a < 3; a++) {
             label->low[a] = low[a] < label->low[a] ? low[a] : label->low[a];
             label->high[a] = high[a] > label->high[a] ? high[a] : label->high[a];
@@ -142,33 +143,27 @@ static bool add_row(Survey *survey, int j, int k)
     return true;
 }
 
-// Adds all rows; false if there are too many labels.
-static bool add_rows(Survey *survey)
+// Adds a slice of the voxels that are looked at; false if there are too many labels.
+static bool add_slice(Survey *survey, const int *label, int k)
 {
-    const int ny = survey->volume->count[1], nz = survey->volume->count[2];
-    // Where the runs of each row of this slice and the one below begin, with an end.
-    int *first = calloc(2 * ((size_t)ny + 1), sizeof *first);
-    ASSERT(first != NULL);
-    int *below = first, *here = first + ny + 1;
-    bool ok = true;
-    for (int k = 0; k < nz && ok; k++) {
-        for (int j = 0; j < ny && ok; j++) {
-            const int from = here[j] = survey->run_count;
-            ok = add_row(survey, j, k);
-            if (survey->run == NULL)
-                continue;
-            if (j > 0)
-                join_rows(survey, from, survey->run_count, here[j - 1], from);
-            if (k > 0)
-                join_rows(survey, from, survey->run_count, below[j], below[j + 1]);
-        }
-        here[ny] = survey->run_count;
-        int *other = below;
-        below = here;
-        here = other;
+    const int ny = survey->high[1] - survey->low[1];
+    int *here = survey->here, *below = survey->below;
+    for (int j = 0; j < ny; j++) {
+        const int from = here[j] = survey->run_count;
+        if (!add_row(survey, label, survey->low[1] + j, k))
+            return false;
+        label += survey->high[0] - survey->low[0];
+        if (survey->run == NULL)
+            continue;
+        if (j > 0)
+            join_rows(survey, from, survey->run_count, here[j - 1], from);
+        if (k > survey->low[2])
+            join_rows(survey, from, survey->run_count, below[j], below[j + 1]);
     }
-    free(first);
-    return ok;
+    here[ny] = survey->run_count;
+    survey->below = here;
+    survey->here = below;
+    return true;
 }
 
 static int by_size(const void *a, const void *b)
@@ -215,31 +210,129 @@ void volume_labels_destroy(VolumeLabels *list)
     *list = (VolumeLabels){0};
 }
 
-bool volume_labels(const LabelVolume *volume, VolumeLabels *list, Status *status)
+// Begins to look at voxels [low, high) of a volume whose header is known.
+static Survey *begin(const LabelVolume *volume, const int low[3], const int high[3],
+                     VolumeLabels *list)
 {
     Survey *survey = calloc(1, sizeof *survey);
     ASSERT(survey != NULL);
     *list = (VolumeLabels){0};
-    *survey = (Survey){.volume = volume, .list = list, .run_capacity = 1024};
+    survey->volume = volume;
+    survey->list = list;
+    survey->run_capacity = 1024;
+    memcpy(survey->low, low, sizeof survey->low);
+    memcpy(survey->high, high, sizeof survey->high);
+    const size_t rows = (size_t)(high[1] - low[1]) + 1;
     survey->run = malloc((size_t)survey->run_capacity * sizeof *survey->run);
-    ASSERT(survey->run != NULL);
-    const bool few = add_rows(survey);
-    bool ok = few && (list->count < GREY_VALUES || survey->solid >= GREY_RUN * survey->runs);
-    if (!ok)
-        status_fail(status, STATUS_INVALID,
-                    "is an image of grey values, not of labels: %s%d different ones, of which %.3g "
-                    "in a row are alike; segment it first, for example in 3D Slicer",
-                    few ? "" : "more than ", list->count, survey->solid / survey->runs);
+    survey->below = calloc(rows, sizeof *survey->below);
+    survey->here = calloc(rows, sizeof *survey->here);
+    ASSERT(survey->run != NULL && survey->below != NULL && survey->here != NULL);
+    return survey;
+}
+
+// Sorts the list, and frees the survey.
+static void end(Survey *survey)
+{
+    VolumeLabels *list = survey->list;
     add_names(survey);
     for (int i = 0; i < list->count && survey->run == NULL; i++)
         list->label[i].pieces = 0;
-    free(survey->run);
-    free(survey);
-    if (ok && list->count > 0)
+    if (list->count > 0)
         qsort(list->label, (size_t)list->count, sizeof *list->label, by_size);
+    free(survey->run);
+    free(survey->below);
+    free(survey->here);
+    free(survey);
+}
+
+// Judges whether these are labels; `few`: not too many different ones.
+static bool check_labels(const Survey *survey, bool few, Status *status)
+{
+    const int count = survey->list->count;
+    return (few && (count < GREY_VALUES || survey->solid >= GREY_RUN * survey->runs)) ||
+           status_fail(status, STATUS_INVALID,
+                       "is an image of grey values, not of labels: %s%d different ones, of which "
+                       "%.3g in a row are alike; segment it first, for example in 3D Slicer",
+                       few ? "" : "more than ", count, survey->solid / survey->runs);
+}
+
+// Adds all voxels that were read.
+static bool add_all(Survey *survey)
+{
+    const LabelVolume *volume = survey->volume;
+    const int *low = volume->low, *high = volume->high;
+    const size_t area = (size_t)(high[0] - low[0]) * (size_t)(high[1] - low[1]);
+    for (int k = low[2]; k < high[2]; k++)
+        if (!add_slice(survey, volume->label + (size_t)(k - low[2]) * area, k))
+            return false;
+    return true;
+}
+
+bool volume_list(const LabelVolume *volume, VolumeLabels *list)
+{
+    Survey *survey = begin(volume, volume->low, volume->high, list);
+    bool ok = add_all(survey);
+    end(survey);
+    return ok;
+}
+
+bool volume_labels(const LabelVolume *volume, VolumeLabels *list, Status *status)
+{
+    Survey *survey = begin(volume, volume->low, volume->high, list);
+    bool ok = check_labels(survey, add_all(survey), status);
+    end(survey);
     if (!ok)
         volume_labels_destroy(list);
     return ok;
+}
+
+// --- some of them ---
+
+static bool fail_missing(const VolumeLabels *list, int missing, Status *status)
+{
+    char text[400] = "";
+    int length = 0, shown = 0;
+    // List what there is, so that the user sees what was meant.
+    for (int last = INT_MIN; shown < LABELS_SHOWN; shown++) {
+        const VolumeLabel *next = NULL;
+        for (int i = 0; i < list->count; i++)
+            if (list->label[i].voxels > 0 && list->label[i].label > last &&
+                (next == NULL || list->label[i].label < next->label))
+                next = &list->label[i];
+        if (next == NULL)
+            break;
+        length += snprintf(text + length, sizeof text - (size_t)length, "%s%d",
+                           shown > 0 ? ", " : "", last = next->label);
+    }
+    if (shown == 0)
+        return status_fail(status, STATUS_INVALID,
+                           "no voxel has the label %d; all have the label 0", missing);
+    return status_fail(status, STATUS_INVALID,
+                       "no voxel has the label %d; the labels there are %s%s", missing, text,
+                       list->count > shown ? " and more" : "");
+}
+
+bool volume_find_box(const VolumeLabels *list, const int *label, int label_count, int low[3],
+                     int high[3], Status *status)
+{
+    for (int a = 0; a < 3; a++) {
+        low[a] = INT_MAX;
+        high[a] = 0;
+    }
+    for (int m = 0; m < label_count; m++) {
+        int at = 0;
+        while (at < list->count && list->label[at].label != label[m])
+            at++;
+        // A label that no voxel has is a mistake of the scene.
+        if (at == list->count || list->label[at].voxels == 0)
+            return fail_missing(list, label[m], status);
+        const VolumeLabel *one = &list->label[at];
+        for (int a = 0; a < 3; a++) {
+            low[a] = one->low[a] < low[a] ? one->low[a] : low[a];
+            high[a] = one->high[a] > high[a] ? one->high[a] : high[a];
+        }
+    }
+    return true;
 }
 
 // --- names ---
@@ -283,35 +376,62 @@ int volume_find_name(const LabelVolume *volume, const char *name, int *layer, St
 
 // --- layers ---
 
+// A layer that is looked at while it is read.
+typedef struct Look {
+    const char *path;
+    LabelVolume *volume;
+    VolumeLabels list;
+    Survey *survey;
+} Look;
+
+static bool look_at_slice(void *user, int k, const int *label, Status *status)
+{
+    Look *look = user;
+    if (k == 0)
+        look->survey = begin(look->volume, (const int[3]){0}, look->volume->count, &look->list);
+    const bool few = add_slice(look->survey, label, k);
+    Status said = {0};
+    return (few && k + 1 < look->volume->count[2]) || check_labels(look->survey, few, &said) ||
+           status_fail(status, said.code, "%s: %s", look->path, said.text);
+}
+
+// Lists the labels of one layer.
+static bool survey_layer(const char *path, int layer, LabelVolume *volume, VolumeLabels *list,
+                         Status *status)
+{
+    Look look = {.path = path, .volume = volume};
+    bool ok = volume_read(path, layer, volume, look_at_slice, &look, status);
+    if (look.survey != NULL)
+        end(look.survey);
+    if (ok)
+        append(list, &look.list);
+    volume_labels_destroy(&look.list);
+    return ok;
+}
+
 bool volume_survey(const char *path, int layer, LabelVolume *volume, VolumeLabels *list,
                    Status *status)
 {
-    int layers = 1;
     *list = (VolumeLabels){0};
-    *volume = (LabelVolume){0};
-    for (int l = layer > 0 ? layer : 1; l == layer || (layer == 0 && l <= layers); l++) {
-        VolumeLabels more = {0};
-        Status said = {0};
+    if (!volume_import_header(path, volume, status))
+        return false;
+    const int layers = volume->layers;
+    bool ok = layer > 0 || layers <= VOLUME_MOST_LAYERS ||
+              status_fail(status, STATUS_INVALID,
+                          "%s: has %d layers, more than the %d that are looked through: choose one "
+                          "(layer)",
+                          path, layers, VOLUME_MOST_LAYERS);
+    for (int l = layer > 0 ? layer : 1; ok && l <= (layer > 0 ? layer : layers); l++) {
         volume_destroy(volume);
-        bool ok = volume_import(path, l, volume, status);
-        if (ok && layer == 0 && volume->layers > VOLUME_MOST_LAYERS)
-            ok = status_fail(status, STATUS_INVALID,
-                             "%s: has %d layers, more than the %d that are looked through: choose "
-                             "one",
-                             path, volume->layers, VOLUME_MOST_LAYERS);
-        if (ok && !volume_labels(volume, &more, &said))
-            ok = status_fail(status, said.code, "%s: %s", path, said.text);
-        if (!ok) {
-            volume_destroy(volume);
-            volume_labels_destroy(list);
-            return false;
-        }
-        layers = volume->layers;
-        append(list, &more);
+        ok = survey_layer(path, l, volume, list, status);
     }
     if (list->count > 0)
         qsort(list->label, (size_t)list->count, sizeof *list->label, by_size);
-    return true;
+    if (!ok) {
+        volume_destroy(volume);
+        volume_labels_destroy(list);
+    }
+    return ok;
 }
 
 bool volume_find_layer(const char *path, const int *label, int label_count, int *layer,

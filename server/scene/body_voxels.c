@@ -12,24 +12,24 @@ static bool fail_file(const VoxelSource *source, const Status *said, Status *sta
     return status_fail(status, said->code, "%s: %s", source->file, said->text);
 }
 
-// Imports the layer of the file that was chosen, or that has most of the labels.
-static bool import(const VoxelSource *source, LabelVolume *volume, Status *status)
+// Finds the layer of the file that was chosen, or that has most of the labels.
+static bool choose_layer(const VoxelSource *source, int *layer, Status *status)
 {
-    int layer = source->layer > 0 ? source->layer : 1;
-    if (!volume_import(source->file, layer, volume, status))
+    LabelVolume header;
+    *layer = source->layer;
+    if (*layer > 0)
+        return true;
+    if (!volume_import_header(source->file, &header, status))
         return false;
-    if (volume->layers > 1 && source->layer == 0) {
-        if (!volume_find_layer(source->file, source->label, source->label_count, &layer, status)) {
-            volume_destroy(volume);
-            return false;
-        }
-        log_line(LOG_WARNING, "%s: layer %d of %d was taken, which has most of the labels",
-                 source->file, layer, volume->layers);
-        if (layer != volume->layer) {
-            volume_destroy(volume);
-            return volume_import(source->file, layer, volume, status);
-        }
-    }
+    const int layers = header.layers;
+    volume_destroy(&header);
+    *layer = 1;
+    if (layers == 1)
+        return true;
+    if (!volume_find_layer(source->file, source->label, source->label_count, layer, status))
+        return false;
+    log_line(LOG_WARNING, "%s: layer %d of %d was taken, which has most of the labels",
+             source->file, *layer, layers);
     return true;
 }
 
@@ -39,7 +39,10 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Surfac
 {
     LabelVolume volume;
     Status said = {0};
-    if (!import(source, &volume, status))
+    int layer;
+    if (!choose_layer(source, &layer, status) ||
+        !volume_import_labels(source->file, layer, source->label, source->label_count, &volume,
+                              status))
         return false;
     if (volume.notes[0] != '\0')
         log_line(LOG_WARNING, "%s: %s", source->file, volume.notes);

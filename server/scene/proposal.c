@@ -546,8 +546,6 @@ static bool look_at_volume(Proposals *all, LabelChoice choice, Status *status)
     LabelVolume *frame = &all->frame;
     if (!volume_survey(all->subject.path, choice.layer, frame, &all->labels, status))
         return false;
-    free(frame->label);
-    frame->label = NULL;
     frame->origin = vec3_scale(all->subject.scale, frame->origin);
     for (int a = 0; a < 3; a++)
         frame->axis[a] = vec3_scale(all->subject.scale, frame->axis[a]);

@@ -11,7 +11,7 @@ AROUND_ALL(make_folder, scratch_end)
 
 static LabelVolume make_volume(int nx, int ny, int nz)
 {
-    LabelVolume volume = {.count = {nx, ny, nz}, .layers = 1, .layer = 1};
+    LabelVolume volume = {.count = {nx, ny, nz}, .high = {nx, ny, nz}, .layers = 1, .layer = 1};
     volume.label = calloc((size_t)nx * (size_t)ny * (size_t)nz, sizeof *volume.label);
     assert_non_null(volume.label);
     return volume;
@@ -232,6 +232,62 @@ TEST(labels_have_the_names_that_the_file_gives_them)
         expect_near((double)label->colour[0], named ? 0.5 : -1.0, 0.0);
     }
     volume_labels_destroy(&list);
+}
+
+// --- parts ---
+
+// Labels 1 to 3 in an ellipsoid each, far from the borders, on a volume that is turned and
+// mirrored.
+static void write_ellipsoids(void)
+{
+    FREED Bytes *bytes = calloc(1, sizeof *bytes);
+    put_text(bytes, "NRRD0005\ntype: uchar\ndimension: 3\nsizes: 40 30 24\nspace: RAS\n"
+                    "space directions: (0.6,0.8,0) (1.6,-1.2,0) (0,0,3)\nencoding: raw\n\n");
+    for (int v = 0; v < 40 * 30 * 24; v++) {
+        const double x = v % 40, y = v / 40 % 30, z = v / 1200;
+        int label = 0;
+        for (int l = 1; l <= 3; l++)
+            if (pow((x - 10 * l) / 6, 2) + pow((y - 15) / 5, 2) + pow((z - 12) / 4, 2) < 1.0)
+                label = l;
+        put_number(bytes, (uint64_t)label, 1, false);
+    }
+    write_file(bytes);
+}
+
+TEST(only_the_box_of_the_labels_is_kept_and_makes_the_same_body)
+{
+    static const int label[] = {3, 2};
+    write_ellipsoids();
+    for (int size = 0; size < 3; size++) {
+        Status status = {0};
+        SCOPED(volume_destroy) LabelVolume whole, part;
+        SCOPED(lattice_destroy) Lattice one, other;
+        SurfaceField first, second;
+        import(&whole);
+        expect_ok(volume_import_labels(path, 1, label, 2, &part, &status), status);
+        const int low[] = {15, 11, 9}, high[] = {36, 20, 16};
+        assert_memory_equal(part.low, low, sizeof low);
+        assert_memory_equal(part.high, high, sizeof high);
+        expect_ok(volume_lattice(&whole, label, 2, size * 1.3e-3, &one, &status), status);
+        expect_ok(volume_lattice(&part, label, 2, size * 1.3e-3, &other, &status), status);
+        // Bit by bit.
+        const size_t cells = (size_t)one.count[0] * (size_t)one.count[1] * (size_t)one.count[2];
+        assert_memory_equal(one.count, other.count, sizeof one.count);
+        assert_memory_equal(&one.origin, &other.origin, sizeof one.origin);
+        assert_memory_equal(one.label, other.label, cells);
+        volume_field(&whole, label, 2, &one, &first);
+        volume_field(&part, label, 2, &other, &second);
+        const size_t samples =
+            (size_t)first.count[0] * (size_t)first.count[1] * (size_t)first.count[2];
+        assert_memory_equal(first.count, second.count, sizeof first.count);
+        assert_memory_equal(first.value, second.value, samples * sizeof *first.value);
+        surface_field_destroy(&first);
+        surface_field_destroy(&second);
+    }
+    LabelVolume none;
+    Status status = {0};
+    assert_false(volume_import_labels(path, 1, (const int[]){4}, 1, &none, &status));
+    expect_in(status.text, "/organ: no voxel has the label 4; the labels there are 1, 2, 3");
 }
 
 // --- transforms ---

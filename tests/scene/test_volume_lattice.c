@@ -10,7 +10,8 @@
 
 static LabelVolume make_volume(int nx, int ny, int nz, Vec3 a, Vec3 b, Vec3 c)
 {
-    LabelVolume volume = {.count = {nx, ny, nz}, .axis = {a, b, c}, .origin = {0.3, -0.2, 0.1}};
+    LabelVolume volume = {
+        .count = {nx, ny, nz}, .high = {nx, ny, nz}, .axis = {a, b, c}, .origin = {0.3, -0.2, 0.1}};
     volume.label = calloc((size_t)(nx * ny * nz), sizeof *volume.label);
     return volume;
 }
@@ -321,6 +322,37 @@ TEST(body_of_a_volume_stands_where_it_is_put)
                          "units than it says, or scale is wrong");
     scratch_write(&scratch_space, "organ", "NRRD", 4);
     refuse_body(&source, ": its NRRD header has no field 'type'");
+}
+
+TEST(body_is_made_of_the_layer_that_has_most_of_its_labels_or_was_chosen)
+{
+    // Label 1 has one voxel in the first layer and three in the second, label 2 one in the third.
+    static const char text[] =
+        "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 3 2 2 1\nkinds: list domain domain domain\n"
+        "encoding: ascii\nspace: LPS\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\n\n"
+        "1 1 0  0 1 0  0 1 2  0 0 0\n";
+    scratch_write(&scratch_space, "organ", text, sizeof text - 1);
+    static const struct {
+        int label, layer, cells;
+    } cases[] = {{1, 0, 3}, {1, 1, 1}, {1, 2, 3}, {2, 0, 1}, {2, 3, 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        VoxelSource source = {.kind = VOXELS_FILE,
+                              .file = path,
+                              .label_count = 1,
+                              .label = {cases[i].label},
+                              .layer = cases[i].layer,
+                              .scale = 1.0};
+        Lattice lattice;
+        make_body(&source, &lattice);
+        assert_int_equal(lattice_solid(&lattice), cases[i].cells);
+        lattice_destroy(&lattice);
+    }
+    VoxelSource source = {
+        .kind = VOXELS_FILE, .file = path, .label_count = 1, .label = {2}, .scale = 1.0};
+    source.layer = 1;
+    refuse_body(&source, ": no voxel has the label 2; the labels there are 1");
+    source.layer = 4;
+    refuse_body(&source, ": layer 4 outside [1, 3]");
 }
 
 #define TETRAHEDRON "v 0 0 0\nv 8 0 0\nv 0 8 0\nv 0 0 8\nf 1 3 2\nf 1 2 4\nf 1 4 3\n"
