@@ -255,6 +255,37 @@ static int repair(const PrepareArguments *arguments)
     return arguments_exit(&status);
 }
 
+// Asks for one of several labels, where a user can answer; without an answer the largest is taken.
+static void ask_label(PrepareArguments *arguments)
+{
+#ifdef PLIANT_WITH_VOXEL
+    enum { SHOWN = 20 };
+    static char line[VOLUME_NAME + 2];
+    const char *path = arguments->file[0];
+    LabelVolume volume;
+    VolumeLabels list;
+    Status ignored = {0};
+    if (arguments->choice.label != NULL || !isatty(STDIN_FILENO) || !isatty(STDERR_FILENO) ||
+        !proposal_is_volume(path) ||
+        !volume_survey(path, arguments->choice.layer, &volume, &list, &ignored))
+        return;
+    for (int i = 0; i < list.count && i < SHOWN && list.count > 1; i++)
+        fprintf(stderr, "  %d %s: %ld voxels\n", list.label[i].label, list.label[i].name,
+                list.label[i].voxels);
+    if (list.count > 1) {
+        fprintf(stderr, "%s: %d labels. Number or name [%d]: ", path, list.count,
+                list.label[0].label);
+        if (fgets(line, sizeof line, stdin) != NULL)
+            line[strcspn(line, "\r\n")] = '\0';
+        arguments->choice.label = line[0] != '\0' ? line : NULL;
+    }
+    volume_labels_destroy(&list);
+    volume_destroy(&volume);
+#else
+    (void)arguments;
+#endif
+}
+
 // Says which of several labels was taken.
 static void print_taken(const Proposals *all, LabelChoice choice)
 {
@@ -265,12 +296,13 @@ static void print_taken(const Proposals *all, LabelChoice choice)
         printf("  assumed: %s\n", all->frame.notes);
 }
 
-static int propose(const PrepareArguments *arguments)
+static int propose(PrepareArguments *arguments)
 {
     Status status = {0};
     Proposals proposals = {0};
     double scale;
     const char *path = arguments->file[0];
+    ask_label(arguments);
     // Try both models; the better one, or the one that was asked for, becomes the scene.
     if (find_scale(arguments, &scale, &status) &&
         proposal_judge(path, scale, arguments->choice, &proposals, &status)) {

@@ -223,9 +223,12 @@ bool volume_import_labels(const char *path, int layer, const int *label, int lab
     volume_destroy(volume);
     bool ok = volume_find_box(&list, label, label_count, low, high, &said) ||
               status_fail(status, said.code, "%s: %s", path, said.text);
+    const int labels = list.count;
     volume_labels_destroy(&list);
     Store store = {.path = path, .volume = volume, .low = low, .high = high};
-    return ok && volume_read(path, layer, volume, store_slice, &store, status);
+    ok = ok && volume_read(path, layer, volume, store_slice, &store, status);
+    volume->labels = labels;
+    return ok;
 }
 
 bool volume_import_header(const char *path, LabelVolume *volume, Status *status)

@@ -32,6 +32,7 @@ typedef struct LabelVolume {
     int low[3], high[3];    // the voxels that were read, high not in it; the others count as empty
     int *label;             // of those, x fastest, 0: empty, malloc'ed, owned; volume_label_at
     int layers, layer;      // images in the file, and which of them this is, from 1
+    int labels;             // that the layer has, if volume_import_labels read it
     long negative;          // voxels with negative values, which are empty
     VolumeSegment *segment; // [segment_count] of all layers, owned
     int segment_count;

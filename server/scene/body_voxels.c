@@ -44,6 +44,11 @@ static bool make_from_volume(const VoxelSource *source, Lattice *lattice, Surfac
         !volume_import_labels(source->file, layer, source->label, source->label_count, &volume,
                               status))
         return false;
+    if (source->any_label && volume.labels > 1)
+        log_line(
+            LOG_WARNING,
+            "%s: label 1 of %d was taken, as none is given (pliant-prepare --check lists them)",
+            source->file, volume.labels);
     if (volume.notes[0] != '\0')
         log_line(LOG_WARNING, "%s: %s", source->file, volume.notes);
     // Scaled before it becomes cells, so that their size is that in the world.

@@ -52,6 +52,7 @@ typedef struct VoxelSource {
     int label_count;              // of a volume: at least one
     int label[LATTICE_MATERIALS]; // material m is the m-th
     int inner;                    // of a mesh: SceneInner, what a closed part within another is
+    bool any_label;               // none was given: label 1
     int layer;     // of a volume file, from 1; 0: the one that has most of the labels
     double size;   // edge of a cell [m] after scale, except of a generator, which is scaled too; 0
                    // (volumes only): the smallest spacing

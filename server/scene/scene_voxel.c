@@ -161,6 +161,7 @@ static bool choose_labels(const SceneReader *reader, const VoxelsGroup *raw, Vox
     // Without labels of its own the body is what has label 1.
     voxels->label_count = count > 0 ? count : 1;
     voxels->label[0] = 1;
+    voxels->any_label = count == 0;
     for (int i = 0; i < count; i++) {
         const config_setting_t *one = config_setting_is_scalar(raw->label)
                                           ? raw->label

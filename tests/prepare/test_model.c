@@ -124,6 +124,30 @@ TEST(a_proposed_scene_is_one_that_the_daemon_takes)
     }
 }
 
+// A file of two labels: which is taken without a key is said, and nothing where the scene names
+// one.
+TEST(a_label_that_no_key_names_is_said)
+{
+    static const char LABELS[] =
+        "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 2 2\nencoding: ascii\n"
+        "spacings: 10 10 10\n\n1 1 2 2  1 1 2 2  1 1 2 2  1 1 2 2\n";
+    static const char *const said = "two.nrrd: label 1 of 2 was taken, as none is given";
+    write_text(scratch("two.nrrd"), LABELS);
+    for (int named = 0; named < 2; named++) {
+        Process result;
+        char scene[256];
+        snprintf(
+            scene, sizeof scene,
+            "bodies = ( { name = \"a\"; model = \"voxel\"; voxels = { file = \"two.nrrd\"; %s }; "
+            "fixed = ( { box = ([-1, -1, -1], [1, 1, 0]); } ); } );\n",
+            named ? "label = 1;" : "");
+        write_text(scratch("two.cfg"), scene);
+        run_daemon(&result, "--check two.cfg");
+        assert_int_equal(result.code, 0);
+        assert_int_equal(strstr(result.err, said) != NULL, !named);
+    }
+}
+
 TEST(every_piece_of_a_proposed_solid_is_held)
 {
     // Two tetrahedra of 10 cm, one high above the other.
