@@ -206,8 +206,8 @@ static bool print_verdict(const char *path, const Proposals *proposals, FILE *ou
            status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid", path);
 }
 
-static bool print_mesh(const char *path, double scale, const Units *guess, const MeshImport *import,
-                       const TriMesh *mesh, FILE *out, Status *status)
+static bool print_mesh(const char *path, double scale, LabelChoice choice, const Units *guess,
+                       const MeshImport *import, const TriMesh *mesh, FILE *out, Status *status)
 {
     MeshFault fault;
     // What cannot be simulated has no report.
@@ -216,7 +216,7 @@ static bool print_mesh(const char *path, double scale, const Units *guess, const
         return false;
     if (!mesh_check(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
-    if (!proposal_judge(path, scale, (LabelChoice){0}, &proposals, status))
+    if (!proposal_judge(path, scale, choice, &proposals, status))
         return false;
     // What the mesh is like, then what can be made of it.
     MeshQuality quality;
@@ -274,7 +274,7 @@ bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE 
         scale = guess.scale;
     }
     mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
-    bool ok = print_mesh(path, scale, given ? NULL : &guess, &import, &mesh, out, status);
+    bool ok = print_mesh(path, scale, choice, given ? NULL : &guess, &import, &mesh, out, status);
     mesh_destroy(&mesh);
     return ok;
 }

@@ -596,6 +596,9 @@ bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposal
     // Whole until it fits: a cuttable body needs much more memory.
     *all = (Proposals){.subject = {.path = path, .scale = scale, .whole = true}};
     all->subject.volume = proposal_is_volume(path);
+    if (!all->subject.volume && (choice.label != NULL || choice.layer > 0))
+        return status_fail(status, STATUS_INVALID,
+                           "%s: is no label volume, so it has no label or layer", path);
     if (!(all->subject.volume ? look_at_volume(all, choice, status) : look_at_mesh(all, status))) {
         proposals_destroy(all);
         return false;

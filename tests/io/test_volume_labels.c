@@ -169,6 +169,8 @@ TEST(values_within_a_thousandth_of_a_whole_number_are_that_number)
     "Segment0_Color:=0.5 0.25 1\nSegment1_Name:=none\nSegment1_LabelValue:=99\n"                   \
     "Segment1_Layer:=0\n"
 
+#define PLAIN_LAYER "type: uchar\ndimension: 3\nsizes: 4 3 2\nspacings: 1 1 1\nencoding: raw\n"
+
 static void expect_layer(int layer, const int *label, int count)
 {
     SCOPED(volume_destroy) LabelVolume volume;
@@ -232,6 +234,43 @@ TEST(labels_have_the_names_that_the_file_gives_them)
         expect_near((double)label->colour[0], named ? 0.5 : -1.0, 0.0);
     }
     volume_labels_destroy(&list);
+}
+
+// What 3D Slicer wrote before it shared layers: one a segment, with the value 1.
+TEST(segments_without_values_and_layers_have_one_each)
+{
+    SCOPED(volume_destroy) LabelVolume volume;
+    Status status = {0};
+    write_nrrd("type: uchar\ndimension: 4\nsizes: 2 2 3 2\nkinds: list domain domain domain\n"
+               "space: LPS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n"
+               "Segment0_Name:=liver\nSegment1_Name:=vein\nSegment1_Extent:=0 1 0 1 0 1\n"
+               "Segment5000_Name:=too many\nSegment-1_Name:=none\nSegment2_Name:=vein\n");
+    expect_ok(volume_import_header(path, &volume, &status), status);
+    assert_int_equal(volume.segment_count, 3);
+    int layer = 0;
+    assert_int_equal(volume_find_name(&volume, "liver", &layer, &status), 1);
+    assert_int_equal(layer, 1);
+    // Two of one name are one only in a layer that is given.
+    layer = 2;
+    assert_int_equal(volume_find_name(&volume, "vein", &layer, &status), 1);
+    layer = 0;
+    assert_int_equal(volume_find_name(&volume, "vein", &layer, &status), 0);
+    assert_string_equal(status.text,
+                        "'vein' is the name of label 1 of layer 2 and of label 1 of layer 3");
+}
+
+TEST(long_names_end_with_a_whole_character)
+{
+    SCOPED(volume_destroy) LabelVolume volume;
+    Status status = {0};
+    char header[512];
+    // 62 letters, then one of two bytes of which one would fit.
+    snprintf(header, sizeof header,
+             PLAIN_LAYER "Segment0_Name:=%062d\xc3\xa4rm\nSegment1_Name:=a\tb\n", 0);
+    write_nrrd(header);
+    expect_ok(volume_import_header(path, &volume, &status), status);
+    assert_int_equal(strlen(volume.segment[0].name), 62);
+    assert_string_equal(volume.segment[1].name, "a?b");
 }
 
 // --- parts ---

@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
 static void run(Process *result, const char *arguments)
 {
@@ -464,8 +465,25 @@ TEST(labels_are_listed_and_the_one_taken_is_said)
     }
     run(&result, "--check --label kidney organs.seg.nrrd");
     expect_refusal(&result, 2, "organs.seg.nrrd: no voxel has the label kidney");
+    write_file("cube.obj", CUBE);
+    run(&result, "--check --label 1 cube.obj");
+    expect_refusal(&result, 2, "cube.obj: is no label volume, so it has no label or layer");
     run(&result, "--check --layer 3 organs.seg.nrrd");
     expect_refusal(&result, 2, "organs.seg.nrrd: layer 3 outside [1, 2]");
+}
+
+TEST(a_volume_that_takes_long_is_announced)
+{
+    // 500 x 500 x 400 voxels are 100 million, a hole in the file: no disk is used.
+    static const char HEAD[] = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 500 500 400\n"
+                               "spacings: 1 1 1\nencoding: raw\n\n";
+    Process result;
+    write_file("hole.nrrd", HEAD);
+    assert_int_equal(truncate(scratch("hole.nrrd"), (off_t)sizeof HEAD - 1 + 100000000), 0);
+    run(&result, "--check hole.nrrd");
+    assert_int_equal(result.code, 2);
+    assert_string_equal(result.err, "hole.nrrd: 100 million voxels, which take about 2 s\n"
+                                    "hole.nrrd: every voxel has the label 0\n");
 }
 
 TEST(an_image_of_grey_values_is_refused_as_one)
