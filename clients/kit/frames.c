@@ -8,21 +8,32 @@
 #include "pliant_points_t.h"
 #include "pliant_rest_t.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 void *frames_allocate(size_t count, size_t size)
 {
-    void *memory = calloc(count ? count : 1, size);
-    if (!memory)
-        abort(); // the counts are bounded: the machine itself is out of memory
-    return memory;
+    return calloc(count ? count : 1, size);
 }
 
-void parts_begin(FramesParts *parts, int count)
+bool frames_claim(size_t *held, size_t bytes)
+{
+    static atomic_size_t claimed;      // by all frames of the process, whichever thread has them
+    const size_t more = bytes - *held; // wraps if it becomes less, and so does the sum
+    if (atomic_fetch_add(&claimed, more) + more > FRAMES_BYTES_MAX && bytes > *held) {
+        atomic_fetch_sub(&claimed, more);
+        return false;
+    }
+    *held = bytes;
+    return true;
+}
+
+bool parts_begin(FramesParts *parts, int count)
 {
     free(parts->seen);
     *parts = (FramesParts){.seen = frames_allocate((size_t)count, 1), .count = count};
+    return parts->seen != NULL;
 }
 
 void parts_mark(FramesParts *parts, int first, int count)
@@ -58,25 +69,38 @@ static bool nodes_valid(const pliant_nodes_t *chunk)
 
 enum { LOST_MOST = 1 << 16 };
 
-static void nodes_begin(NodesFrame *frame, const NodesPart *part)
+// Forgets the nodes and takes memory for others; the counts stay.
+static bool nodes_resize(NodesFrame *frame, int count)
+{
+    const NodesFrame old = *frame;
+    const size_t nodes = (size_t)count;
+    nodes_frame_destroy(frame);
+    *frame = (NodesFrame){.lost = old.lost, .refused = old.refused};
+    if (!frames_claim(&frame->held, nodes * (3 * sizeof(float) + sizeof(int32_t) + 2)))
+        return false;
+    frame->position = frames_allocate(3 * nodes, sizeof(float));
+    frame->frame = frames_allocate(nodes, sizeof(int32_t));
+    return frame->position && frame->frame;
+}
+
+// False if there is no memory: the frame is empty then.
+static bool nodes_begin(NodesFrame *frame, const NodesPart *part)
 {
     // Count missing frames too; after a longer silence the daemon is another one.
     int32_t ahead = (int32_t)((uint32_t)part->sequence - (uint32_t)frame->sequence);
     if (frame->started)
         frame->lost += !frame->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
-    // Memory only when the size changes.
+    // Memory only when the size changes. Another mesh, or another daemon: what was known is of
+    // other nodes.
     bool resized = !frame->position || frame->node_count != part->node_count;
-    if (resized) {
-        free(frame->position);
-        free(frame->frame);
-        frame->position = frames_allocate(3 * (size_t)part->node_count, sizeof(float));
-        frame->frame = frames_allocate((size_t)part->node_count, sizeof(int32_t));
+    bool other = resized || frame->topology != part->topology || ahead <= 0 || ahead > LOST_MOST;
+    if ((resized && !nodes_resize(frame, part->node_count)) ||
+        (other && !parts_begin(&frame->known, part->node_count)) ||
+        !parts_begin(&frame->nodes, part->node_count)) {
+        nodes_resize(frame, 0);
+        return false;
     }
-    // Another mesh, or another daemon: what was known is of other nodes.
-    if (resized || frame->topology != part->topology || ahead <= 0 || ahead > LOST_MOST)
-        parts_begin(&frame->known, part->node_count);
     // What all its parts must say alike.
-    parts_begin(&frame->nodes, part->node_count);
     frame->utime = part->utime;
     frame->step = part->step;
     frame->time = part->time;
@@ -86,6 +110,7 @@ static void nodes_begin(NodesFrame *frame, const NodesPart *part)
     frame->node_count = part->node_count;
     frame->started = true;
     frame->whole = frame->ready = false;
+    return true;
 }
 
 // Copies the nodes that the frame does not have yet, or all.
@@ -109,14 +134,16 @@ static FramesResult nodes_take(NodesFrame *frame, const NodesPart *part)
         frames_stale(part->sequence, part->utime, frame->sequence, frame->utime, STALE_FRAMES))
         return FRAMES_STALE;
     // The first part of another frame, or one more of this.
-    if (!frame->started || part->sequence != frame->sequence)
-        nodes_begin(frame, part);
-    else if (part->node_count != frame->node_count || part->topology != frame->topology ||
-             part->step != frame->step ||
-             (!packet && frame->chunk_count != 0 && part->chunk_count != frame->chunk_count))
+    if (!frame->started || part->sequence != frame->sequence) {
+        if (!nodes_begin(frame, part))
+            return FRAMES_REFUSED;
+    } else if (part->node_count != frame->node_count || part->topology != frame->topology ||
+               part->step != frame->step ||
+               (!packet && frame->chunk_count != 0 && part->chunk_count != frame->chunk_count)) {
         return FRAMES_REFUSED;
-    else if (frame->whole)
+    } else if (frame->whole) {
         return FRAMES_STALE; // a repeated part must not change a completed frame
+    }
     if (!packet)
         frame->chunk_count = part->chunk_count;
     nodes_copy(frame, part, !packet);
@@ -243,6 +270,7 @@ void nodes_frame_destroy(NodesFrame *frame)
     free(frame->frame);
     free(frame->nodes.seen);
     free(frame->known.seen);
+    frames_claim(&frame->held, 0);
     *frame = (NodesFrame){0};
 }
 
@@ -258,20 +286,28 @@ static bool rest_valid(const pliant_rest_t *chunk)
            range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
 }
 
-static void rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
+// Takes memory for a message, zeroed: nodes without texture have zeros. False if there is none.
+static bool rest_allocate(RestFrame *frame, int count)
+{
+    const RestFrame old = *frame;
+    const size_t nodes = (size_t)count;
+    rest_frame_destroy(frame);
+    *frame = (RestFrame){.lost = old.lost, .refused = old.refused};
+    if (!frames_claim(&frame->held, nodes * (5 * sizeof(float) + 1)))
+        return false;
+    frame->position = frames_allocate(3 * nodes, sizeof(float));
+    frame->texture = frames_allocate(2 * nodes, sizeof(float));
+    return frame->position && frame->texture && parts_begin(&frame->nodes, count);
+}
+
+static bool rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
 {
     // Given up for a newer one, if it was not whole.
     frame->lost += frame->started && !frame->whole;
-    size_t nodes = (size_t)chunk->node_count;
-    if (!frame->position || frame->node_count != chunk->node_count) {
-        free(frame->position);
-        free(frame->texture);
-        frame->position = frames_allocate(3 * nodes, sizeof(float));
-        frame->texture = frames_allocate(2 * nodes, sizeof(float));
+    if (!rest_allocate(frame, chunk->node_count)) {
+        rest_allocate(frame, 0);
+        return false;
     }
-    // Nodes without texture have zeros.
-    memset(frame->texture, 0, 2 * nodes * sizeof(float));
-    parts_begin(&frame->nodes, chunk->node_count);
     frame->utime = chunk->utime;
     frame->sequence = chunk->sequence;
     frame->topology = chunk->topology;
@@ -280,6 +316,7 @@ static void rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
     frame->textured = chunk->num_coordinates > 0;
     frame->started = true;
     frame->whole = false;
+    return true;
 }
 
 static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
@@ -291,14 +328,16 @@ static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
         frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_MESHES))
         return FRAMES_STALE;
     // The first chunk of another message, or one more of this.
-    if (!frame->started || chunk->sequence != frame->sequence)
-        rest_begin(frame, chunk);
-    else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
-             chunk->chunk_count != frame->chunk_count ||
-             (chunk->num_coordinates > 0) != frame->textured)
+    if (!frame->started || chunk->sequence != frame->sequence) {
+        if (!rest_begin(frame, chunk))
+            return FRAMES_REFUSED;
+    } else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
+               chunk->chunk_count != frame->chunk_count ||
+               (chunk->num_coordinates > 0) != frame->textured) {
         return FRAMES_REFUSED;
-    else if (frame->whole)
+    } else if (frame->whole) {
         return FRAMES_STALE; // a repeated chunk must not change completed data
+    }
     // Copy what it has, wherever it belongs.
     memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
            sizeof(float) * (size_t)chunk->num_values);
@@ -328,5 +367,6 @@ void rest_frame_destroy(RestFrame *frame)
     free(frame->position);
     free(frame->texture);
     free(frame->nodes.seen);
+    frames_claim(&frame->held, 0);
     *frame = (RestFrame){0};
 }

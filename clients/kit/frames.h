@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Assembles chunked meshes, their deltas, frames of node positions and rest positions. One thread.
-// The sizes on the wire are bounded; chunks that contradict their frame are refused, chunks of
-// other frames dropped.
+// Chunks that contradict their frame are refused, chunks of other frames dropped. The sizes on the
+// wire are bounded, a mesh takes the memory of what arrives of it, and all frames of a process
+// share a budget: a body that finds no memory is refused, and starts again with its next whole
+// message.
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
@@ -14,6 +16,8 @@
 enum {
     FRAMES_NODES_MAX = 1 << 22, // a frame that claims more is refused
     FRAMES_TRIANGLES_MAX = 1 << 23,
+    FRAMES_CHUNKS_MAX = 1 << 16, // of a mesh; the largest needs 5462 as the server cuts it
+    FRAMES_BYTES_MAX = 1 << 30,  // of all frames: the largest mesh with its nodes takes 0.5 GB
 };
 
 // The result of a chunk.
@@ -48,6 +52,7 @@ typedef struct NodesFrame {
     bool ready;        // whole, or patched: all positions are of this topology
     FramesParts nodes; // of this frame
     FramesParts known; // of this topology
+    size_t held;       // of the budget [bytes]
     int64_t lost;      // frames that were not whole when a newer one came, or of which nothing did
     int64_t refused;   // chunks
 } NodesFrame;
@@ -64,21 +69,13 @@ typedef struct RestFrame {
     // bookkeeping
     bool started, whole;
     FramesParts nodes;
+    size_t held;     // of the budget [bytes]
     int64_t lost;    // messages given up for a newer one
     int64_t refused; // chunks
 } RestFrame;
 
-// The whole mesh being assembled.
-typedef struct MeshParts {
-    int64_t utime; // of its newest chunk
-    int32_t sequence, topology, chunk_count;
-    int node_count, triangle_count;
-    MESH_COLUMNS(MESH_NUMBERS)
-    FramesParts nodes, triangles;
-    bool started, done; // done: complete, or given up
-} MeshParts;
-
-// The delta being assembled: the changes that it will make.
+// The mesh or delta being assembled: rows in the order of their arrival, so that memory follows
+// what has come, not what a message claims. A whole mesh is a change that brings every slot.
 typedef struct MeshChange {
     int64_t utime; // of its newest chunk
     int32_t sequence, from_topology, topology, chunk_count;
@@ -87,7 +84,8 @@ typedef struct MeshChange {
     int32_t *node_slot, *triangle_slot; // [nodes], [triangles]
     MESH_COLUMNS(MESH_NUMBERS)          // of those slots
     int nodes, triangles, node_capacity, triangle_capacity;
-    bool started, done;
+    size_t held;        // of the budget [bytes]
+    bool started, done; // done: complete, or given up
 } MeshChange;
 
 // Triangles of one body, kept up to date by deltas.
@@ -99,11 +97,12 @@ typedef struct MeshFrame {
     int node_count, triangle_count;
     MESH_COLUMNS(MESH_NUMBERS) // [3 triangle_count], [node_count], [2 node_count] and so on
     // bookkeeping
-    MeshParts next;
-    MeshChange change;
-    int64_t lost;    // whole meshes and deltas given up for a newer one
-    int64_t missed;  // deltas of meshes that we do not have
-    int64_t refused; // chunks
+    MeshChange next, change;        // whole, delta
+    int most_nodes, most_triangles; // so far: a delta without rows may grow the mesh to these
+    size_t held;                    // of the budget [bytes]
+    int64_t lost;                   // whole meshes and deltas given up for a newer one
+    int64_t missed;                 // deltas of meshes that we do not have
+    int64_t refused;                // chunks
 } MeshFrame;
 
 // Takes one raw message. After FRAMES_WHOLE the arrays hold the frame until the next call. The

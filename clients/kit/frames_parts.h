@@ -5,10 +5,13 @@
 
 #include "frames.h"
 
-// Allocates zeroed memory; aborts if there is none.
+// Allocates zeroed memory; NULL if there is none.
 void *frames_allocate(size_t count, size_t size);
+// Makes `*held` bytes of the budget of all frames `bytes`; false if that passes FRAMES_BYTES_MAX.
+// Less is always granted.
+bool frames_claim(size_t *held, size_t bytes);
 
-void parts_begin(FramesParts *parts, int count);
+bool parts_begin(FramesParts *parts, int count);
 void parts_mark(FramesParts *parts, int first, int count);
 
 static inline bool parts_whole(const FramesParts *parts)

@@ -86,7 +86,7 @@ void kit_take_contact(PliantClient *kit, const void *data, size_t size)
 static PliantBodyStatus *copy_bodies(const pliant_status_t *s)
 {
     PliantBodyStatus *body = frames_allocate((size_t)s->num_bodies, sizeof *body);
-    for (int k = 0; k < s->num_bodies; k++) {
+    for (int k = 0; k < s->num_bodies && body; k++) {
         const pliant_body_status_t *b = &s->body[k];
         body[k] = (PliantBodyStatus){.name = b->name,
                                      .model = b->model,
@@ -144,7 +144,7 @@ void kit_take_status(PliantClient *kit, const void *data, size_t size)
                                  .stage_count = s->num_stages,
                                  .stage = (const char *const *)s->stage,
                                  .stage_us = s->stage_us,
-                                 .body_count = s->num_bodies,
+                                 .body_count = kit->body_status ? s->num_bodies : 0,
                                  .body = kit->body_status,
                                  .reason_count = s->num_reasons,
                                  .reason = (const char *const *)s->reason,

@@ -17,9 +17,11 @@
 
 static bool node_differs(const BodyMesh *before, const BodyMesh *after, int i)
 {
-    int id = i < before->node_count ? before->id[i] : -1;
-    if (id != after->id[i] || id < 0)
-        return id != after->id[i];
+    // All new slots are told, free ones too: clients let a mesh grow by what came only.
+    if (i >= before->node_count)
+        return true;
+    if (before->id[i] != after->id[i] || after->id[i] < 0)
+        return before->id[i] != after->id[i];
     bool differs = false;
 #define COMPARE(name, type, width, of, ...)                                                        \
     MESH_IF_NODE(of,                                                                               \
@@ -30,9 +32,8 @@ static bool node_differs(const BodyMesh *before, const BodyMesh *after, int i)
 
 static bool triangle_differs(const BodyMesh *before, const BodyMesh *after, int t)
 {
-    static const int free_slot[3] = {0, 0, 0};
-    const int *old = t < before->triangle_count ? before->triangle[t] : free_slot;
-    return memcmp(old, after->triangle[t], sizeof free_slot) != 0;
+    return t >= before->triangle_count ||
+           memcmp(before->triangle[t], after->triangle[t], sizeof *after->triangle) != 0;
 }
 
 void mesh_delta_find(MeshDelta *delta, const BodyMesh *before, const BodyMesh *after)

@@ -106,8 +106,8 @@ typedef struct MeshDeltaChunk {
     MESH_COLUMNS(DELTA_COLUMN)
 } MeshDeltaChunk;
 
-// Lists the slots of `after` that differ from `before`. Slots beyond the counts of `before` were
-// free; two free slots are equal whatever else they contain.
+// Lists the slots of `after` that differ from `before`, and those beyond its counts. Two free slots
+// are equal whatever else they contain.
 void mesh_delta_find(MeshDelta *delta, const BodyMesh *before, const BodyMesh *after);
 // Returns the number of chunks: at least one, even if only the topology number changed.
 int mesh_delta_chunks(const MeshDelta *delta);

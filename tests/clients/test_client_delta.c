@@ -241,6 +241,57 @@ TEST(hostile_deltas_are_refused_and_leave_the_mesh_alone)
     }
 }
 
+// 200 bytes that claim the largest mesh made a client take and fill 180 MB.
+TEST(a_mesh_grows_by_no_more_than_came)
+{
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
+    Delta delta;
+    make_delta(&delta);
+    pliant_mesh_delta_t *m = &delta.message;
+    take_mesh(&frame, 1, 0);
+    const size_t held = frame.held;
+    for (int k = 0; k < 4; k++) {
+        m->sequence = k + 1;
+        m->node_count = k == 0 ? FRAMES_NODES_MAX : k == 1 ? NODES + 2 : NODES + 1;
+        m->triangle_count = k == 2 ? FRAMES_TRIANGLES_MAX : k == 3 ? TRIANGLES + 5 : TRIANGLES + 4;
+        if (take(&frame, m) != FRAMES_REFUSED)
+            fail_msg("case %d is taken", k);
+        expect_before(&frame);
+        assert_int_equal(frame.held, held);
+    }
+    m->sequence = 5;
+    m->triangle_count = TRIANGLES + 4; // four come, if only one of them in a new slot
+    assert_int_equal(take(&frame, m), FRAMES_WHOLE);
+}
+
+// Memory follows what has arrived, also of a whole mesh.
+TEST(a_mesh_that_claims_much_holds_what_came_of_it)
+{
+    SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
+    pliant_mesh_t m = mesh_message(1, 0, 5, NODES, id, parent, level, TRIANGLES, triangle);
+    m.node_count = FRAMES_NODES_MAX;
+    m.triangle_count = FRAMES_TRIANGLES_MAX;
+    m.chunk_count = FRAMES_CHUNKS_MAX;
+    m.first_node = FRAMES_NODES_MAX - NODES;
+    unsigned char data[DATA];
+    int size = pliant_mesh_t_encode(data, 0, DATA, &m);
+    assert_int_equal(mesh_frame_add(&frame, data, (size_t)size), FRAMES_MORE);
+    assert_in_range(frame.next.held, 1, 2 * DATA); // twice what came, with its slots
+    // Chunks that name a slot twice do not make a mesh.
+    m = mesh_message(2, 1, 6, 2, id, parent, level, 0, NULL);
+    m.chunk_count = 2;
+    m.num_nodes = 1;
+    m.num_parents = 2;
+    for (int k = 0; k < 2; k++) {
+        m.chunk = k;
+        size = pliant_mesh_t_encode(data, 0, DATA, &m);
+        assert_int_equal(mesh_frame_add(&frame, data, (size_t)size),
+                         k == 0 ? FRAMES_MORE : FRAMES_REFUSED);
+    }
+    assert_int_equal(frame.next.held, 0);
+    assert_false(frame.whole);
+}
+
 TEST(slots_beyond_a_smaller_mesh_are_gone)
 {
     SCOPED(mesh_frame_destroy) MeshFrame frame = {0};
@@ -255,16 +306,15 @@ TEST(slots_beyond_a_smaller_mesh_are_gone)
     assert_int_equal(frame.node_count, 3);
     assert_int_equal(frame.triangle_count, 1);
     assert_memory_equal(frame.triangle, triangle, 3 * sizeof *triangle);
-    // What grows again is free until it is told.
+    // What grows again, to what the mesh had before, is free until it is told.
     m->sequence = 2;
     m->from_topology = 6;
     m->topology = 7;
-    m->node_count = 5;
+    m->node_count = NODES;
     m->triangle_count = 2;
     assert_int_equal(take(&frame, m), FRAMES_WHOLE);
     assert_int_equal(frame.id[2], 12);
     assert_int_equal(frame.id[3], -1);
-    assert_int_equal(frame.id[4], -1);
     assert_int_equal(frame.triangle[3] | frame.triangle[4] | frame.triangle[5], 0);
 }
 

@@ -164,6 +164,26 @@ TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
     check_frame(&frame, 3);
 }
 
+// All frames of a process share a budget: what does not fit is refused, and has its chance again.
+TEST(frames_beyond_the_budget_are_refused_without_an_end_of_the_program)
+{
+    enum { MOST = 64 };
+    static NodesFrame frame[MOST];
+    pliant_nodes_t chunk = nodes_chunk(1, 0);
+    chunk.node_count = FRAMES_NODES_MAX;
+    int taken = 0;
+    while (taken < MOST && add_nodes(&frame[taken], &chunk) == FRAMES_MORE)
+        taken++;
+    // 18 bytes a node: 14 such frames are the last below 1 GiB.
+    assert_int_equal(taken, 14);
+    assert_int_equal(frame[taken].refused, 1);
+    assert_int_equal(frame[taken].held, 0);
+    nodes_frame_destroy(&frame[0]);
+    assert_int_equal(add_nodes(&frame[taken], &chunk), FRAMES_MORE);
+    for (int i = 0; i <= taken; i++)
+        nodes_frame_destroy(&frame[i]);
+}
+
 // A tetrahedron in two chunks: triangles first, then the rest with the nodes.
 static pliant_mesh_t mesh_chunk(int k)
 {
