@@ -31,18 +31,15 @@ void bus_refuse(Bus *bus, Refusal refusal, const char *why)
     report_refusal(bus, refusal, why);
 }
 
-// `again`: a repeat of the request will be tried again.
-static void answer_refusal(Bus *bus, const GateResult *result, bool again)
+// A repeat of the request will be tried again.
+static void answer_refusal(Bus *bus, const GateResult *result)
 {
     Answer answer = {.kind = result->input.kind,
                      .sender = result->input.sender,
                      .id = result->input.id,
                      .step = bus->status != NULL ? bus->status->step : 0};
     memcpy(answer.text, result->why, sizeof answer.text);
-    if (again)
-        gate_forget(&bus->gate, &result->input);
-    else
-        gate_answer(&bus->gate, &answer);
+    gate_forget(&bus->gate, &result->input);
     bus_send_answer(bus, &answer);
 }
 
@@ -86,13 +83,13 @@ static void hand_over(Bus *bus, GateResult *result)
     if (is_switched_off(bus, &result->input)) {
         snprintf(result->why, sizeof result->why, "STOP is switched off here (stop_command)");
         bus_refuse(bus, REFUSED_SWITCHED_OFF, result->why);
-        answer_refusal(bus, result, false);
+        answer_refusal(bus, result);
         return;
     }
     if (!has_room(bus, &result->input)) {
         snprintf(result->why, sizeof result->why, "%d requests wait already", bus->outstanding);
         bus_refuse(bus, REFUSED_FULL, result->why);
-        answer_refusal(bus, result, true);
+        answer_refusal(bus, result);
         return;
     }
     // Hand the request to the step thread; a PAUSE or STOP also interrupts a running STEP.
@@ -154,7 +151,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     case PASSAGE_OPEN:
         if (is_older_than_we(bus, &result.input, now_ns, result.why)) {
             bus_refuse(bus, REFUSED_STALE, result.why);
-            answer_refusal(bus, &result, false);
+            answer_refusal(bus, &result);
         } else {
             hand_over(bus, &result);
         }
@@ -162,7 +159,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
     case PASSAGE_REFUSED:
         report_refusal(bus, result.refusal, result.why);
         if (result.known && input_is_request(&result.input))
-            answer_refusal(bus, &result, false);
+            answer_refusal(bus, &result);
         break;
     case PASSAGE_ANSWERED:
         bus_send_answer(bus, result.answer);

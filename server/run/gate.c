@@ -18,21 +18,26 @@ static GateEntry *find_entry(Gate *gate, InputKind kind, int32_t sender, int32_t
 {
     for (int i = 0; i < GATE_ANSWERS; i++) {
         GateEntry *entry = &gate->entry[i];
-        if (entry->used && entry->answer.sender == sender && entry->answer.id == id &&
-            entry->answer.kind == kind)
+        if (entry->used && entry->sender == sender && entry->id == id && entry->kind == kind)
             return entry;
     }
     return NULL;
 }
 
-// Returns a free entry, or the oldest one; for a sender that has half of them, its own oldest. A
-// client that floods the daemon then cannot push out the entries by which other clients' repeats
-// are recognised. Far fewer requests wait at a time than a sender may have entries.
-static GateEntry *new_entry(Gate *gate, const Input *input)
+// True if a repeat of the request may still come. A clock that went back makes none young.
+static bool is_young(const Gate *gate, const GateEntry *entry)
+{
+    const int64_t age_us = gate->now_us - entry->time_us;
+    return entry->pending || (age_us >= 0 && age_us < GATE_REPEAT_US);
+}
+
+// Remembers an admitted request. A place is free, or that of the oldest request of which no repeat
+// comes anymore; a sender that has half of the places displaces its own answered ones. Else there
+// is none: a request that is not remembered must not be executed, since its repeat would be, too.
+static bool remember(Gate *gate, const Input *input)
 {
     GateEntry *oldest = NULL, *own = NULL;
     int own_count = 0;
-    // Look for a free entry, the oldest of all, and the oldest of this sender.
     for (int i = 0; i < GATE_ANSWERS; i++) {
         GateEntry *entry = &gate->entry[i];
         if (!entry->used) {
@@ -40,21 +45,25 @@ static GateEntry *new_entry(Gate *gate, const Input *input)
             own_count = 0;
             break;
         }
-        if (oldest == NULL || entry->number < oldest->number)
+        if (!is_young(gate, entry) && (oldest == NULL || entry->number < oldest->number))
             oldest = entry;
-        if (entry->answer.sender != input->sender)
+        if (entry->sender != input->sender)
             continue;
         own_count++;
-        if (own == NULL || entry->number < own->number)
+        if (!entry->pending && (own == NULL || entry->number < own->number))
             own = entry;
     }
-    // A sender with half of the table displaces only its own requests.
     GateEntry *entry = own_count >= GATE_ANSWERS / 2 ? own : oldest;
+    if (entry == NULL)
+        return false;
     *entry = (GateEntry){.used = true,
                          .pending = true,
-                         .number = gate->requests++,
-                         .answer = {.kind = input->kind, .sender = input->sender, .id = input->id}};
-    return entry;
+                         .kind = input->kind,
+                         .sender = input->sender,
+                         .id = input->id,
+                         .time_us = gate->now_us,
+                         .number = gate->requests++};
+    return true;
 }
 
 // True if a newer pose of the same sender arrived earlier. Both its count and its clock must say
@@ -97,6 +106,7 @@ static Refusal check_owner(Gate *gate, const Input *input, int64_t now_us, char 
 void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_t now_us,
                GateResult *result)
 {
+    gate->now_us = now_us;
     result->answer = NULL;
     result->why[0] = '\0';
     Input *input = &result->input;
@@ -109,16 +119,21 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
         if (entry != NULL) {
             result->passage = entry->pending ? PASSAGE_PENDING : PASSAGE_ANSWERED;
             result->refusal = ACCEPTED;
-            result->answer = &entry->answer;
+            result->answer = &gate->answer[entry - gate->entry];
             return;
         }
-        new_entry(gate, input);
     }
     // New messages: values first, then who owns the tool.
     if (refusal == ACCEPTED)
         refusal = input_check(input, gate->sim, result->why);
     if (refusal == ACCEPTED && kind == INPUT_POSE)
         refusal = check_owner(gate, input, now_us, result->why);
+    // What is refused takes no place: it would be refused again.
+    if (refusal == ACCEPTED && input_is_request(input) && !remember(gate, input)) {
+        refusal = REFUSED_FULL;
+        snprintf(result->why, INPUT_WHY_MAX, "%d requests of the last %d s are remembered, no more",
+                 GATE_ANSWERS, GATE_REPEAT_US / 1000000);
+    }
     result->refusal = refusal;
     result->passage = refusal == ACCEPTED ? PASSAGE_OPEN : PASSAGE_REFUSED;
     if (refusal != ACCEPTED)
@@ -130,10 +145,12 @@ void gate_answer(Gate *gate, const Answer *answer)
 {
     GateEntry *entry = find_entry(gate, answer->kind, answer->sender, answer->id);
     if (entry == NULL)
-        return; // pushed out by newer requests
+        return;
     entry->pending = false;
-    entry->answer = *answer;
-    entry->answer.after_frame = false; // a repeat is answered immediately
+    entry->time_us = gate->now_us; // its answer may be lost, and is asked for from now on
+    Answer *kept = &gate->answer[entry - gate->entry];
+    *kept = *answer;
+    kept->after_frame = false; // a repeat is answered immediately
 }
 
 void gate_forget(Gate *gate, const Input *input)
@@ -148,7 +165,7 @@ int gate_pending(const Gate *gate, int32_t sender)
     int count = 0;
     for (int i = 0; i < GATE_ANSWERS; i++) {
         const GateEntry *entry = &gate->entry[i];
-        count += entry->used && entry->pending && entry->answer.sender == sender;
+        count += entry->used && entry->pending && entry->sender == sender;
     }
     return count;
 }

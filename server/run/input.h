@@ -133,7 +133,10 @@ typedef struct Answer {
     char text[INPUT_WHY_MAX];
 } Answer;
 
-enum { GATE_ANSWERS = 1024 }; // several seconds of a hundred cuts per second
+enum {
+    GATE_REPEAT_US = 4000000, // clients give up after 3 s
+    GATE_ANSWERS = 2048,      // 500 requests per second for that time
+};
 
 typedef enum Passage {
     PASSAGE_OPEN,     // execute it
@@ -152,15 +155,19 @@ typedef struct ToolOwner {
 
 typedef struct GateEntry {
     bool used, pending;
-    int64_t number; // counts requests: the smallest is the oldest
-    Answer answer;
+    InputKind kind;
+    int32_t sender, id;
+    int64_t time_us; // of the request, then of its answer
+    int64_t number;  // counts requests: the smallest is the oldest
 } GateEntry;
 
 typedef struct Gate {
     Sim *sim; // only its constant members are read
     int64_t timeout_us;
     ToolOwner *owner;              // [tool_count], of the arena
-    GateEntry entry[GATE_ANSWERS]; // the newest requests
+    int64_t now_us;                // of the newest message
+    GateEntry entry[GATE_ANSWERS]; // admitted requests that may be repeated
+    Answer answer[GATE_ANSWERS];   // of each, unless it is pending
     int64_t requests;
     int64_t refused[REFUSAL_COUNT];
     int64_t foreign[INPUT_KINDS]; // of REFUSED_TYPE, by channel
@@ -180,12 +187,12 @@ typedef struct GateResult {
 // owner.
 void gate_init(Gate *gate, Sim *sim, double timeout_s, Arena *arena);
 // Checks one raw message that arrived at now_us (any monotonic clock). An admitted request counts
-// as pending until gate_answer.
+// as pending until gate_answer. While GATE_ANSWERS requests may be repeated, more are refused.
 void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_t now_us,
                GateResult *result);
 // Stores the answer of a request, for repeats of the request.
 void gate_answer(Gate *gate, const Answer *answer);
-// Forgets a request that was admitted but found a full queue, so that a repeat is tried again.
+// Forgets a request that was admitted and then refused, so that a repeat is tried again.
 void gate_forget(Gate *gate, const Input *input);
 // Returns how many requests of a sender are pending.
 int gate_pending(const Gate *gate, int32_t sender);

@@ -117,6 +117,9 @@ static void apply_waiting(Replay *replay)
     // Apply it, or say why not.
     if (result.passage == PASSAGE_OPEN) {
         apply(replay, &result.input);
+        const Answer done = {
+            .kind = result.input.kind, .sender = result.input.sender, .id = result.input.id};
+        gate_answer(&replay->gate, &done);
     } else if (result.passage == PASSAGE_REFUSED) {
         tell(replay, -1, "refused", result.why);
         if (speaks(replay))

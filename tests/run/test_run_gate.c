@@ -63,16 +63,29 @@ static Refusal pass_pose(Fixture *fixture, int sender, int tool, bool active, in
     return pass_numbered(fixture, 0, 0, active, sender, tool, now_us);
 }
 
-static Passage pass_request(Fixture *fixture, int sender, int id, const Answer **answer)
+// At a time, of a kind of command.
+static Passage pass_at(Fixture *fixture, int sender, int id, int64_t now_us, int kind,
+                       const Answer **answer)
 {
-    Input input = {.kind = INPUT_COMMAND, .command = {.sender = sender, .id = id, .kind = 1}};
+    Input input = {.kind = INPUT_COMMAND, .command = {.sender = sender, .id = id, .kind = kind}};
     unsigned char data[INPUT_WIRE_MAX];
     size_t size = input_encode(&input, data);
     static GateResult result;
-    gate_pass(&fixture->gate, INPUT_COMMAND, data, size, 0, &result);
+    gate_pass(&fixture->gate, INPUT_COMMAND, data, size, now_us, &result);
     if (answer != NULL)
         *answer = result.answer;
     return result.passage;
+}
+
+static Passage pass_request(Fixture *fixture, int sender, int id, const Answer **answer)
+{
+    return pass_at(fixture, sender, id, 0, 1, answer);
+}
+
+static void answer_request(Fixture *fixture, int sender, int id)
+{
+    const Answer answer = {.kind = INPUT_COMMAND, .sender = sender, .id = id, .ok = true};
+    gate_answer(&fixture->gate, &answer);
 }
 
 AROUND_EACH(set_up, tear_down)
@@ -138,7 +151,7 @@ TEST(a_repeat_is_pending_then_answered_from_the_store)
     assert_int_equal(pass_request(fixture, 6, 1, NULL), PASSAGE_PENDING);
 }
 
-TEST(the_newest_256_answers_are_kept)
+TEST(the_newest_answers_of_a_sender_are_kept)
 {
     Fixture *fixture = *test_state;
     for (int id = 0; id <= GATE_ANSWERS; id++) {
@@ -167,6 +180,34 @@ TEST(a_flood_of_one_sender_makes_no_other_sender_s_repeat_new)
     assert_int_equal(stored->step, 42);
     // Its own newest are kept, too.
     assert_int_equal(pass_request(fixture, 66, 10 * GATE_ANSWERS - 500, NULL), PASSAGE_ANSWERED);
+}
+
+TEST(refused_requests_of_many_senders_make_no_repeat_new)
+{
+    Fixture *fixture = *test_state;
+    pass_request(fixture, 5, 1, NULL);
+    answer_request(fixture, 5, 1);
+    for (int sender = 100; sender < 100 + 2 * GATE_ANSWERS; sender++)
+        assert_int_equal(pass_at(fixture, sender, 1, 0, 99, NULL), PASSAGE_REFUSED);
+    assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_ANSWERED);
+}
+
+// Neither a pending request nor one that may still be repeated gives its place to another sender's.
+TEST(what_may_be_repeated_keeps_its_place)
+{
+    Fixture *fixture = *test_state;
+    pass_request(fixture, 5, 1, NULL); // stays pending
+    for (int i = 1; i < GATE_ANSWERS; i++) {
+        assert_int_equal(pass_request(fixture, 100 + i, 1, NULL), PASSAGE_OPEN);
+        answer_request(fixture, 100 + i, 1);
+    }
+    assert_int_equal(pass_at(fixture, 6, 1, GATE_REPEAT_US - 1, 1, NULL), PASSAGE_REFUSED);
+    assert_int_equal(fixture->gate.refused[REFUSED_FULL], 1);
+    // Later the oldest answered one goes, and one more each time.
+    assert_int_equal(pass_at(fixture, 6, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, 5, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_PENDING);
+    assert_int_equal(pass_at(fixture, 102, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_ANSWERED);
+    assert_int_equal(pass_at(fixture, 101, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_OPEN);
 }
 
 TEST(a_request_for_which_there_was_no_room_is_tried_again)
