@@ -43,10 +43,9 @@ static void answer_refusal(Bus *bus, const GateResult *result)
     bus_send_answer(bus, &answer);
 }
 
-static bool ends_a_step(const Input *input)
+static bool is_urgent(const Input *input)
 {
-    return input->kind == INPUT_COMMAND && (input->command.kind == PLIANT_COMMAND_T_PAUSE ||
-                                            input->command.kind == PLIANT_COMMAND_T_STOP);
+    return input_is_urgent(input->kind, input->command.kind);
 }
 
 static bool is_switched_off(const Bus *bus, const Input *input)
@@ -55,14 +54,14 @@ static bool is_switched_off(const Bus *bus, const Input *input)
            input->command.kind == PLIANT_COMMAND_T_STOP;
 }
 
-// True if the request fits. The ring of answers is as long as the ring of requests. A sender may
-// use as many slots as are left: one sender gets half, two a third each, and one more client always
-// finds some.
+// True if the request fits in its lane. A sender may use as many slots as are left: one sender gets
+// half, two a third each, and one more client always finds some.
 static bool has_room(const Bus *bus, const Input *input)
 {
-    const int left = EXCHANGE_REQUESTS - bus->outstanding;
+    const bool urgent = is_urgent(input);
+    const int left = (urgent ? EXCHANGE_URGENT : EXCHANGE_REQUESTS) - bus->outstanding[urgent];
     return left > 0 &&
-           gate_pending(&bus->gate, input->sender) <= left; // already counted as pending
+           gate_pending(&bus->gate, input->sender, urgent) <= left; // already counted as pending
 }
 
 static void hand_over(Bus *bus, GateResult *result)
@@ -87,16 +86,19 @@ static void hand_over(Bus *bus, GateResult *result)
         return;
     }
     if (!has_room(bus, &result->input)) {
-        snprintf(result->why, sizeof result->why, "%d requests wait already", bus->outstanding);
+        snprintf(result->why, sizeof result->why, "%d requests wait already",
+                 bus->outstanding[is_urgent(&result->input)]);
         bus_refuse(bus, REFUSED_FULL, result->why);
         answer_refusal(bus, result);
         return;
     }
     // Hand the request to the step thread; a PAUSE or STOP also interrupts a running STEP.
-    if (ends_a_step(&result->input))
+    const bool urgent = is_urgent(&result->input);
+    if (urgent)
         atomic_fetch_add(&exchange->interrupts, 1);
-    if (ring_push(&exchange->request, &result->input))
-        bus->outstanding++;
+    result->input.arrival = bus->arrived++;
+    if (ring_push(urgent ? &exchange->urgent : &exchange->request, &result->input))
+        bus->outstanding[urgent]++;
     exchange_wake(exchange->step_fd);
 }
 

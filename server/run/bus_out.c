@@ -475,7 +475,7 @@ static void publish_answers(Bus *bus, Ring *ring, int64_t now_ns)
             gate_count(&bus->gate, REFUSED_NOT_POSSIBLE);
         gate_answer(&bus->gate, answer);
         bus_send_answer(bus, answer);
-        bus->outstanding--;
+        bus->outstanding[input_is_urgent(answer->kind, answer->command)]--;
         ring_pop(ring);
     }
 }

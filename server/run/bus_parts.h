@@ -172,7 +172,8 @@ struct Bus {
     // in
     Gate gate;
     Subscription subscription[INPUT_KINDS];
-    int outstanding;        // requests handed to the step thread and not yet answered
+    int outstanding[2];     // requests, and urgent ones, handed to the step thread and not answered
+    int64_t arrived;        // requests handed over
     int64_t looked_ns;      // last iteration of the thread
     int64_t stale_until_ns; // poses that arrive before this time may be older than they seem
     int64_t born_ns;        // start of the thread: earlier requests were not for us

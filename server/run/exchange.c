@@ -311,9 +311,10 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
     // Rings of requests and of the answers, contacts and events that go out.
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
+    create_ring(&exchange->urgent, arena, EXCHANGE_URGENT, sizeof(Input), "urgent_requests");
     if (exchange->tool_count > 0)
         create_ring(&exchange->contact, arena, EXCHANGE_CONTACTS, sizeof(ContactOut), "contacts");
-    create_ring(&exchange->answer, arena, EXCHANGE_REQUESTS, sizeof(Answer), "answers");
+    create_ring(&exchange->answer, arena, EXCHANGE_ANSWERS, sizeof(Answer), "answers");
     create_ring(&exchange->event, arena, EXCHANGE_EVENTS, sizeof(EventOut), "events");
     // Only the enabled files take memory.
     if (options->logs_inputs)

@@ -97,7 +97,9 @@ void rest_texture(const Body *body, const BodyMesh *mesh, int first, int end, fl
 // --- the exchange --------------------------------------------------------------------------------
 
 enum {
-    EXCHANGE_REQUESTS = 128, // requests waiting; as many answers fit, so that none is ever lost
+    EXCHANGE_REQUESTS = 128, // requests waiting
+    EXCHANGE_URGENT = 16,    // urgent ones
+    EXCHANGE_ANSWERS = 256,  // at least to all that wait, so that none is ever lost
     EXCHANGE_CONTACTS = 1024,
     EXCHANGE_EVENTS = 256,
     EXCHANGE_APPLIED = 4096,
@@ -172,6 +174,7 @@ typedef struct Exchange {
     uint32_t *lifts;     // [tool_count] inactive poses so far; used by the bus only
     int32_t (*taken)[2]; // [tool_count] lifts and sender of the newest pose taken; step thread only
     Ring request;        // of Input
+    Ring urgent;         // likewise: those that overtake (input_is_urgent)
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
     Slot *frame;       // [body_count] of Frame

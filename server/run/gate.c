@@ -36,9 +36,10 @@ static bool is_young(const Gate *gate, const GateEntry *entry)
 // is none: a request that is not remembered must not be executed, since its repeat would be, too.
 static bool remember(Gate *gate, const Input *input)
 {
+    const bool urgent = input_is_urgent(input->kind, input->command.kind);
     GateEntry *oldest = NULL, *own = NULL;
     int own_count = 0;
-    for (int i = 0; i < GATE_ANSWERS; i++) {
+    for (int i = urgent ? 0 : GATE_URGENT; i < GATE_ANSWERS; i++) {
         GateEntry *entry = &gate->entry[i];
         if (!entry->used) {
             oldest = entry;
@@ -58,6 +59,7 @@ static bool remember(Gate *gate, const Input *input)
         return false;
     *entry = (GateEntry){.used = true,
                          .pending = true,
+                         .urgent = urgent,
                          .kind = input->kind,
                          .sender = input->sender,
                          .id = input->id,
@@ -160,12 +162,13 @@ void gate_forget(Gate *gate, const Input *input)
         *entry = (GateEntry){0};
 }
 
-int gate_pending(const Gate *gate, int32_t sender)
+int gate_pending(const Gate *gate, int32_t sender, bool urgent)
 {
     int count = 0;
     for (int i = 0; i < GATE_ANSWERS; i++) {
         const GateEntry *entry = &gate->entry[i];
-        count += entry->used && entry->pending && entry->sender == sender;
+        count +=
+            entry->used && entry->pending && entry->sender == sender && entry->urgent == urgent;
     }
     return count;
 }

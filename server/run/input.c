@@ -394,6 +394,12 @@ bool input_is_request(const Input *input)
     return input->kind != INPUT_POSE;
 }
 
+bool input_is_urgent(InputKind kind, int32_t command)
+{
+    return kind == INPUT_COMMAND &&
+           (command == PLIANT_COMMAND_T_PAUSE || command == PLIANT_COMMAND_T_STOP);
+}
+
 const char *input_event(const Input *input)
 {
     const char *event = TYPES[input->kind].event;

@@ -78,6 +78,7 @@ typedef struct Input {
         INPUT_LIST(INPUT_MEMBER)
     };
     int32_t lifts;                 // inactive poses of the tool before this one: the bus counts
+    int64_t arrival;               // of a request: how many came before; the bus counts
     Setting setting;               // of SET
     int tool_index, to_body_index; // of a tie; -1: none
     char text[INPUT_TEXT_MAX]; // cut, load, tie: name of the body; SET: the key; else the argument
@@ -92,6 +93,9 @@ const char *input_foreign_name(InputKind kind);
 const char *input_channel(InputKind kind);
 // True if the input is a request, which is answered; poses are not.
 bool input_is_request(const Input *input);
+// True for the commands PAUSE and STOP, which overtake all other requests: an operator needs them
+// most when others flood the server.
+bool input_is_urgent(InputKind kind, int32_t command);
 // Returns the kind of the event that tells of a request executed on the scene: "cut", "load",
 // "tie", "set", "reset".
 const char *input_event(const Input *input);
@@ -136,6 +140,7 @@ typedef struct Answer {
 enum {
     GATE_REPEAT_US = 4000000, // clients give up after 3 s
     GATE_ANSWERS = 2048,      // 500 requests per second for that time
+    GATE_URGENT = 64,         // of them for urgent ones only
 };
 
 typedef enum Passage {
@@ -154,7 +159,7 @@ typedef struct ToolOwner {
 } ToolOwner;
 
 typedef struct GateEntry {
-    bool used, pending;
+    bool used, pending, urgent;
     InputKind kind;
     int32_t sender, id;
     int64_t time_us; // of the request, then of its answer
@@ -194,8 +199,8 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
 void gate_answer(Gate *gate, const Answer *answer);
 // Forgets a request that was admitted and then refused, so that a repeat is tried again.
 void gate_forget(Gate *gate, const Input *input);
-// Returns how many requests of a sender are pending.
-int gate_pending(const Gate *gate, int32_t sender);
+// Returns how many requests of a sender are pending, urgent or others.
+int gate_pending(const Gate *gate, int32_t sender, bool urgent);
 // Counts a refusal that was found later: a full queue, or a request that the scene cannot execute.
 void gate_count(Gate *gate, Refusal refusal);
 int64_t gate_refused(const Gate *gate);

@@ -425,19 +425,21 @@ static void *loop_main(void *argument)
         RunState before = loop->state;
         if (before == RUN_RUNNING)
             wait_for_deadline(loop);
-        else if (ring_peek(&loop->exchange->request) == NULL)
+        else if (ring_peek(&loop->exchange->request) == NULL &&
+                 ring_peek(&loop->exchange->urgent) == NULL)
             wait_for_request(loop);
         int64_t begin_ns = clock_now_ns();
+        loop->resumed = before != RUN_RUNNING;
         while (requests_take(loop))
             run_steps(loop);
-        if (before != RUN_RUNNING)
-            start_clock(loop); // the first deadline after a RESUME
+        if (loop->resumed)
+            start_clock(loop); // requests of a pause, which have no limit, are no part of a tick
         else if (loop->state == RUN_RUNNING && !loop_is_over(loop))
             tick(loop, begin_ns);
         requests_checkpoint(loop);
         wake_bus(loop);
         loop_beat(loop);
-        if (loop->estimates && loop->state == RUN_RUNNING && before == RUN_RUNNING)
+        if (loop->estimates && loop->state == RUN_RUNNING && !loop->resumed)
             try_step(loop);
     }
     // Leave counters, checkpoint and status final before the other threads are told.

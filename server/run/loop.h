@@ -43,6 +43,8 @@ typedef struct Loop {
     int64_t away_ns;         // how late the last deadline was, if tools must be released; else 0
     int64_t beats;           // iterations and requests so far
     int64_t requests_due_ns; // earliest time for the next requests, by their share of the clock
+    int64_t pause_arrival;   // of the newest PAUSE or STOP: earlier STEPs and RESUMEs are overtaken
+    bool resumed;            // in this iteration: its first deadline is yet to come
     int64_t reset_step;      // when bodies were last reset, if untouched since; -1: none
     bool handed_over;        // data for the bus is waiting
     Answer asked[EXCHANGE_CHECKPOINTS]; // requests that the next checkpoint answers

@@ -236,6 +236,7 @@ static void enter(Loop *loop, RunState state, Answer *answer)
     if (loop->state != RUN_LOCKSTEP && state == RUN_LOCKSTEP && loop->governor.reduction > 0)
         requests_release(loop);
     governor_forget(&loop->governor);
+    loop->resumed |= loop->state != state && state == RUN_RUNNING;
     loop->state = state;
     sim_set_lockstep(loop->sim, state == RUN_LOCKSTEP);
     snprintf(answer->text, sizeof answer->text, "%s", kinds[state]);
@@ -349,9 +350,37 @@ static bool repeats_a_reset(const Loop *loop, const Input *input)
            loop->reset_step == sim_steps(loop->sim);
 }
 
+// True for a STEP or RESUME that came before a PAUSE or STOP which has overtaken it: it must not
+// undo that.
+static bool is_overtaken(const Loop *loop, const Input *input)
+{
+    return input->kind == INPUT_COMMAND && input->arrival < loop->pause_arrival &&
+           (input->command.kind == PLIANT_COMMAND_T_STEP ||
+            input->command.kind == PLIANT_COMMAND_T_RESUME);
+}
+
+// Returns the next request and its ring: urgent ones first, whatever time the others have used.
+static const Input *next_request(Loop *loop, int taken, Ring **ring)
+{
+    *ring = &loop->exchange->urgent;
+    const Input *input = ring_peek(*ring);
+    if (input != NULL && taken < MOST_AT_ONCE && !loop_is_over(loop)) {
+        loop->pause_arrival = input->arrival;
+        return input;
+    }
+    *ring = &loop->exchange->request;
+    return is_their_turn(loop, taken) ? ring_peek(*ring) : NULL;
+}
+
 // Executes a request. False: the answer follows later.
 static bool take(Loop *loop, const Input *input, Answer *answer)
 {
+    if (is_overtaken(loop, input)) {
+        answer->ok = false;
+        snprintf(answer->text, sizeof answer->text,
+                 "overtaken by a PAUSE: ended early after 0 ticks");
+        return true;
+    }
     // A RESET of a scene that is as it was is answered at once.
     if (repeats_a_reset(loop, input)) {
         snprintf(answer->text, sizeof answer->text, "%s", RESET_DONE);
@@ -377,13 +406,14 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
 
 bool requests_take(Loop *loop)
 {
-    Ring *ring = &loop->exchange->request;
+    Ring *ring;
     const Input *input;
-    for (int taken = 0; (input = ring_peek(ring)) != NULL && is_their_turn(loop, taken); taken++) {
+    for (int taken = 0; (input = next_request(loop, taken, &ring)) != NULL; taken++) {
         const int64_t begin_ns = clock_now_ns();
         Answer answer = answer_to(loop, input);
         // STEP ends the round: its ticks come first, and its answer after them.
-        if (input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_STEP) {
+        if (input->kind == INPUT_COMMAND && input->command.kind == PLIANT_COMMAND_T_STEP &&
+            !is_overtaken(loop, input)) {
             requests_log(loop, input);
             loop->stepping = *input;
             loop->stepped = 0;

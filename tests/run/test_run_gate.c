@@ -196,18 +196,20 @@ TEST(refused_requests_of_many_senders_make_no_repeat_new)
 TEST(what_may_be_repeated_keeps_its_place)
 {
     Fixture *fixture = *test_state;
-    pass_request(fixture, 5, 1, NULL); // stays pending
-    for (int i = 1; i < GATE_ANSWERS; i++) {
-        assert_int_equal(pass_request(fixture, 100 + i, 1, NULL), PASSAGE_OPEN);
-        answer_request(fixture, 100 + i, 1);
+    enum { RESUME = 2, PAUSE = 1, PLACES = GATE_ANSWERS - GATE_URGENT, LATER = GATE_REPEAT_US };
+    for (int sender = 0; sender < PLACES; sender++) {
+        assert_int_equal(pass_at(fixture, sender, 1, 0, RESUME, NULL), PASSAGE_OPEN);
+        if (sender > 0)
+            answer_request(fixture, sender, 1); // that of sender 0 stays pending
     }
-    assert_int_equal(pass_at(fixture, 6, 1, GATE_REPEAT_US - 1, 1, NULL), PASSAGE_REFUSED);
+    assert_int_equal(pass_at(fixture, PLACES, 1, LATER - 1, RESUME, NULL), PASSAGE_REFUSED);
     assert_int_equal(fixture->gate.refused[REFUSED_FULL], 1);
+    assert_int_equal(pass_at(fixture, PLACES, 2, LATER - 1, PAUSE, NULL), PASSAGE_OPEN); // urgent
     // Later the oldest answered one goes, and one more each time.
-    assert_int_equal(pass_at(fixture, 6, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_OPEN);
-    assert_int_equal(pass_at(fixture, 5, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_PENDING);
-    assert_int_equal(pass_at(fixture, 102, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_ANSWERED);
-    assert_int_equal(pass_at(fixture, 101, 1, GATE_REPEAT_US, 1, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, PLACES, 1, LATER, RESUME, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, 0, 1, LATER, RESUME, NULL), PASSAGE_PENDING);
+    assert_int_equal(pass_at(fixture, 2, 1, LATER, RESUME, NULL), PASSAGE_ANSWERED);
+    assert_int_equal(pass_at(fixture, 1, 1, LATER, RESUME, NULL), PASSAGE_OPEN);
 }
 
 TEST(a_request_for_which_there_was_no_room_is_tried_again)
@@ -215,10 +217,10 @@ TEST(a_request_for_which_there_was_no_room_is_tried_again)
     Fixture *fixture = *test_state;
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
     assert_int_equal(pass_request(fixture, 5, 2, NULL), PASSAGE_OPEN);
-    assert_int_equal(gate_pending(&fixture->gate, 5), 2);
+    assert_int_equal(gate_pending(&fixture->gate, 5, true), 2);
     const Input input = {.kind = INPUT_COMMAND, .sender = 5, .id = 1};
     gate_forget(&fixture->gate, &input);
-    assert_int_equal(gate_pending(&fixture->gate, 5), 1);
+    assert_int_equal(gate_pending(&fixture->gate, 5, true), 1);
     assert_int_equal(pass_request(fixture, 5, 1, NULL), PASSAGE_OPEN);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A loop in real time over a body whose ticks take longer than their period until its thresholds
 // are raised: the governor raises them, its actions are inputs like any other, and a run without
-// clock that gets these inputs ends in the same state.
+// clock that gets these inputs ends in the same state. And a PAUSE that overtakes other requests.
 #include "test.h"
 #include "geometry/levels.h"
 #include "run/loop.h"
@@ -218,6 +218,47 @@ TEST(reset_restarts_the_governor)
     assert_false(requests_take(&rig.loop));
     expect_near(rig.toy->parameter[BODY_ADAPT_SCALE], 1.0, 0.0);
     assert_int_equal(rig.loop.governor.reduction, 0);
+    close_loop(&rig);
+    destroy(&rig);
+}
+
+// What waits must not delay a PAUSE, nor undo it afterwards.
+TEST(a_pause_overtakes_all_that_waits)
+{
+    Rig rig;
+    create(&rig);
+    create_loop(&rig, 0.0);
+    const int waiting[] = {PLIANT_COMMAND_T_RESET, PLIANT_COMMAND_T_STEP, PLIANT_COMMAND_T_RESUME};
+    for (int i = 0; i < 3; i++)
+        push_command(&rig, waiting[i], i == 1 ? 5 : 0);
+    const Input pause = {.kind = INPUT_COMMAND,
+                         .index = -1,
+                         .command = {.kind = PLIANT_COMMAND_T_PAUSE},
+                         .arrival = 3};
+    assert_true(ring_push(&rig.exchange.urgent, &pause));
+    // The clock gives the others nothing: one that took long was before them.
+    rig.loop.requests_due_ns = INT64_MAX;
+    assert_false(requests_take(&rig.loop));
+    const int order[] = {PLIANT_COMMAND_T_PAUSE, PLIANT_COMMAND_T_RESET, PLIANT_COMMAND_T_STEP,
+                         PLIANT_COMMAND_T_RESUME};
+    for (int i = 0; i < 4; i++) {
+        const Answer *answer = ring_peek(&rig.exchange.answer);
+        assert_non_null(answer);
+        assert_int_equal(answer->command, order[i]);
+        assert_int_equal(answer->ok, i < 2);
+        ring_pop(&rig.exchange.answer);
+    }
+    assert_int_equal(rig.loop.state, RUN_PAUSED);
+    assert_false(rig.loop.resumed);
+    // A later RESUME counts, and what the pause took is no part of the first tick.
+    const Input resume = {.kind = INPUT_COMMAND,
+                          .index = -1,
+                          .command = {.kind = PLIANT_COMMAND_T_RESUME},
+                          .arrival = 4};
+    assert_true(ring_push(&rig.exchange.request, &resume));
+    assert_false(requests_take(&rig.loop));
+    assert_int_equal(rig.loop.state, RUN_RUNNING);
+    assert_true(rig.loop.resumed);
     close_loop(&rig);
     destroy(&rig);
 }
