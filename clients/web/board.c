@@ -365,6 +365,25 @@ void board_stop_page(Board *board, BoardPage *page)
     pthread_mutex_unlock(&board->lock);
 }
 
+const int64_t BOARD_IDLE_NS = 30000000000;
+
+bool board_stop_idle(Board *board, int64_t now_ns)
+{
+    BoardPage *idle = NULL;
+    pthread_mutex_lock(&board->lock);
+    for (int i = 0; i < BOARD_PAGES; i++) {
+        BoardPage *page = &board->page[i];
+        if (page->used && !page->stop && !page->drawn && now_ns - page->taken_ns > BOARD_IDLE_NS &&
+            (!idle || page->taken_ns < idle->taken_ns))
+            idle = page;
+    }
+    if (idle)
+        idle->stop = true;
+    pthread_cond_broadcast(&board->news);
+    pthread_mutex_unlock(&board->lock);
+    return idle != NULL;
+}
+
 bool board_stopped(Board *board, const BoardPage *page)
 {
     pthread_mutex_lock(&board->lock);
@@ -411,6 +430,7 @@ static void take(Board *board, BoardPage *page, Round *round)
     // From now on it has to draw before it gets more.
     page->seen = board->version;
     page->drawn = false;
+    page->taken_ns = client_now_ns();
 }
 
 bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round)

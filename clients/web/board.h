@@ -76,6 +76,7 @@ typedef struct BoardPage {
     int32_t sender;             // its number as a sender on LCM
     bool drawn;                 // it has confirmed the last round
     int64_t round;              // number of the last round
+    int64_t taken_ns;           // when it got that
     uint64_t seen;              // version of the board that the page has
     Parcel *outbox[OUTBOX_MAX]; // ring
     int first, waiting;
@@ -94,6 +95,8 @@ typedef struct Board {
     BoardPage page[BOARD_PAGES];
     int pages; // used
 } Board;
+
+extern const int64_t BOARD_IDLE_NS;
 
 // Data sent to a page at once, in this order: parcels, then contacts and poses.
 typedef struct Round {
@@ -140,6 +143,9 @@ void board_drawn(Board *board, BoardPage *page, int64_t round);
 // Ends board_next_round of the page.
 void board_stop_page(Board *board, BoardPage *page);
 bool board_stopped(Board *board, const BoardPage *page);
+// Stops the page that has not drawn its last round for longest, if for more than BOARD_IDLE_NS by
+// the clock of client_now_ns: it makes place for one that may. False: there is none.
+bool board_stop_idle(Board *board, int64_t now_ns);
 // Waits until `due_ns` (CLOCK_MONOTONIC) has passed, the page has drawn the last round and there is
 // new data, and takes it. Returns false if the page has been stopped.
 bool board_next_round(Board *board, BoardPage *page, int64_t due_ns, Round *round);

@@ -20,7 +20,7 @@ const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off",
                                      ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
 
-enum { FOLDER_ENTRIES_MAX = 20000, NUMBERS_MAX = 999 };
+enum { NUMBERS_MAX = 999 };
 
 bool folder_of_program(char path[FOLDER_PATH_MAX])
 {
@@ -236,20 +236,31 @@ void folder_list(const Folder *folder, const char *const *endings, bool about, F
     qsort(list->file, (size_t)list->count, sizeof *list->file, by_name);
 }
 
-int64_t folder_bytes(const Folder *folder)
+int64_t folder_bytes(const Folder *folder, const char *const *endings, int *files)
 {
     int64_t bytes = 0;
+    *files = 0;
     DIR *entries = open_entries(folder);
     struct dirent *entry;
-    while (entries && (entry = readdir(entries))) {
+    for (int k = 0; entries && k < FOLDER_ENTRIES_MAX && (entry = readdir(entries)); k++) {
         struct stat info;
-        if (fstatat(folder->fd, entry->d_name, &info, AT_SYMLINK_NOFOLLOW) == 0 &&
-            S_ISREG(info.st_mode))
-            bytes += info.st_size;
+        if (fstatat(folder->fd, entry->d_name, &info, AT_SYMLINK_NOFOLLOW) != 0 ||
+            !S_ISREG(info.st_mode))
+            continue;
+        bytes += info.st_size;
+        *files += folder_name_valid(entry->d_name, endings);
     }
     if (entries)
         closedir(entries);
     return bytes;
+}
+
+int64_t folder_changed_ns(const Folder *folder)
+{
+    struct stat info;
+    return folder->fd < 0 || fstat(folder->fd, &info) != 0
+               ? 0
+               : (int64_t)info.st_mtim.tv_sec * 1000000000 + info.st_mtim.tv_nsec;
 }
 
 // --- a file that comes in pieces ---

@@ -13,7 +13,8 @@
 enum {
     FOLDER_NAME_MAX = 96, // of a file, with the terminating zero
     FOLDER_PATH_MAX = 4096,
-    FOLDER_FILES_MAX = 200, // listed
+    FOLDER_FILES_MAX = 200, // listed, and meshes that pages may send
+    FOLDER_ENTRIES_MAX = 20000,
     FOLDER_ABOUT_MAX = 200,
 };
 
@@ -63,8 +64,11 @@ bool folder_has(const Folder *folder, const char *name, const char *const *endin
 int folder_read(const Folder *folder, const char *name, const char *const *endings);
 // Lists such files; `about`: with their first comments.
 void folder_list(const Folder *folder, const char *const *endings, bool about, FolderList *list);
-// The bytes of all regular files.
-int64_t folder_bytes(const Folder *folder);
+// The bytes of all regular files; `files`: how many of them have one of the endings. Of a folder
+// with more entries than FOLDER_ENTRIES_MAX it looks at so many.
+int64_t folder_bytes(const Folder *folder, const char *const *endings, int *files);
+// When a file was last added, renamed or removed [ns], CLOCK_REALTIME; 0: unknown.
+int64_t folder_changed_ns(const Folder *folder);
 // Sets `free` to NAME or, if that exists, to NAME-2, NAME-3 ... before the ending.
 bool folder_free_name(const Folder *folder, const char *name, const char *const *endings,
                       char free[FOLDER_NAME_MAX], PliantError *error);

@@ -253,6 +253,26 @@ static Result turn_away(Connection *connection, Visitor *visitor, long long byte
     return MHD_YES;
 }
 
+// True while the mesh being received keeps others waiting: for at most UPLOAD_NS, and from the
+// fifth second on only if it has come at 64 kB/s.
+static bool upload_keeps_on(const SiteUpload *upload)
+{
+    enum { BYTES_A_MS = 64, SLOW_START_MS = 5000 };
+    const int64_t ms = (client_now_ns() - upload->since_ns) / 1000000;
+    return upload->visitor && ms < UPLOAD_NS / 1000000 &&
+           upload->received >= (ms - SLOW_START_MS) * BYTES_A_MS;
+}
+
+// Makes an upload of it if the folder has place.
+static bool take_place(SiteUpload *upload, const Folder *folder, const char *name, int64_t bytes)
+{
+    int meshes;
+    if (folder_bytes(folder, FOLDER_MESHES, &meshes) + bytes > WORKBENCH_UPLOADS_BYTES ||
+        meshes >= FOLDER_FILES_MAX)
+        return client_fail(&upload->why, "the folder of meshes is full: remove some of them there");
+    return upload_begin(&upload->file, folder, name ? name : "", bytes, &upload->why);
+}
+
 // A POST as its header has arrived: refuses it, or takes the visitor's mesh from now on.
 static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
 {
@@ -275,18 +295,13 @@ static Result begin_upload(Site *site, Connection *connection, Visitor *visitor)
         return turn_away(connection, visitor, bytes, 411, "say the Content-Length\n");
     if (bytes > WORKBENCH_MESH_BYTES)
         return turn_away(connection, visitor, bytes, 413, "larger than 256 MB\n");
-    if (upload->visitor && client_now_ns() < upload->until_ns)
+    if (upload_keeps_on(upload))
         return turn_away(connection, visitor, bytes, 503,
                          "another mesh is being received: try again\n");
     end_upload(site);
-    *upload =
-        (SiteUpload){.visitor = visitor, .file.fd = -1, .until_ns = client_now_ns() + UPLOAD_NS};
-    const Folder *folder = &workbench->folder[ASK_UPLOADS];
-    if (folder_bytes(folder) + bytes > WORKBENCH_UPLOADS_BYTES)
-        client_fail(&upload->why, "the folder of meshes is full: remove some of them there");
-    else if (upload_begin(&upload->file, folder, name ? name : "", bytes, &upload->why))
-        return MHD_YES;
-    refuse_upload(upload);
+    *upload = (SiteUpload){.visitor = visitor, .file.fd = -1, .since_ns = client_now_ns()};
+    if (!take_place(upload, &workbench->folder[ASK_UPLOADS], name, bytes))
+        refuse_upload(upload);
     return MHD_YES;
 }
 
@@ -308,6 +323,7 @@ static Result take_upload(Site *site, Connection *connection, const Visitor *vis
     if (upload->visitor != visitor) // it was too slow, and another one came
         return MHD_NO;
     if (*size > 0) {
+        upload->received += (int64_t)*size;
         if (!upload->refused && !upload_add(&upload->file, data, *size, &upload->why))
             refuse_upload(upload);
         *size = 0;
@@ -363,8 +379,10 @@ static Result serve_live(Site *site, Connection *connection)
         strcmp(version, "13") != 0 ||
         !websocket_answer(header(connection, "Sec-WebSocket-Key"), accept))
         return answer_text(connection, 426, wanted, "/live is a WebSocket\n");
-    if (board_pages(site->shared.board) >= BOARD_PAGES)
+    if (board_pages(site->shared.board) >= BOARD_PAGES) {
+        board_stop_idle(site->shared.board, client_now_ns()); // for the next try
         return answer_text(connection, 503, NULL, "as many pages as there may be are open\n");
+    }
     Response *response = MHD_create_response_for_upgrade(on_upgrade, site);
     if (!response)
         return MHD_NO;

@@ -55,8 +55,8 @@ typedef struct Texture {
 typedef struct SiteUpload {
     Visitor *visitor; // NULL: none
     Upload file;
-    bool refused; // the rest is read and forgotten; `why` is the answer
-    int64_t until_ns;
+    bool refused;               // the rest is read and forgotten; `why` is the answer
+    int64_t since_ns, received; // [bytes], also those that are forgotten
     PliantError why;
 } SiteUpload;
 

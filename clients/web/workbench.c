@@ -16,7 +16,7 @@
 
 const int64_t WORKBENCH_MESH_BYTES = 256 << 20, WORKBENCH_UPLOADS_BYTES = (int64_t)4 << 30;
 
-static const int64_t LIST_NS = 1000000000; // between two looks into the folders
+static const int64_t LOOK_NS = 1000000000, LIST_NS = 10000000000; // between two looks and lists
 // A status that was sent before the daemon ended may be read after its end.
 static const int64_t LAST_STATUS_NS = 300000000;
 static const double PREPARE_S = 120.0;
@@ -417,10 +417,23 @@ static void list_folders(Workbench *workbench, int64_t now_ns)
 {
     const Folder *folder = workbench->folder;
     workbench->listed_ns = now_ns;
+    for (int k = 0; k < 3; k++)
+        workbench->changed_ns[k] = folder_changed_ns(&folder[k]);
     folder_list(&folder[ASK_SCENES], FOLDER_SCENES, true, &workbench->scenes);
     folder_list(&folder[ASK_UPLOADS], FOLDER_SCENES, true, &workbench->uploaded);
     folder_list(&folder[ASK_UPLOADS], FOLDER_MESHES, false, &workbench->meshes);
     folder_list(&folder[ASK_RECORDINGS], FOLDER_RECORDINGS, false, &workbench->recordings);
+}
+
+// True if files came or went, or may have grown: then the folders are read. In a folder of
+// thousands that takes so long that the live view would notice it each second.
+static bool folders_changed(const Workbench *workbench, int64_t now_ns)
+{
+    bool changed = workbench->recorder.child.pid != 0 || workbench->prepare.child.pid != 0 ||
+                   now_ns - workbench->listed_ns >= LIST_NS;
+    for (int k = 0; k < 3; k++)
+        changed |= folder_changed_ns(&workbench->folder[k]) != workbench->changed_ns[k];
+    return changed;
 }
 
 static WorkbenchRun run_of(const WorkbenchJob *job, char how[CHILD_HOW_MAX])
@@ -470,15 +483,17 @@ void workbench_turn(Workbench *workbench, const WorkbenchHeard *heard, int64_t n
 {
     bool asked = take_asks(workbench, heard), ended = watch(workbench, now_ns);
     bool foreign = is_foreign(workbench, heard);
-    bool news = asked || ended || foreign != workbench->foreign || workbench->listed_ns == 0;
+    bool news = asked || ended || foreign != workbench->foreign || workbench->looked_ns == 0;
     // Folders change without notice, as a recording grows.
-    if (!news && now_ns - workbench->listed_ns < LIST_NS)
+    if (!news && now_ns - workbench->looked_ns < LOOK_NS)
         return;
     if (board_pages(workbench->board) == 0) {
-        workbench->listed_ns = 0; // the first page gets what there is then
+        workbench->looked_ns = 0; // the first page gets what there is then
         return;
     }
     workbench->foreign = foreign;
-    list_folders(workbench, now_ns);
+    workbench->looked_ns = now_ns;
+    if (news || folders_changed(workbench, now_ns))
+        list_folders(workbench, now_ns);
     show(workbench);
 }

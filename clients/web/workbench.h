@@ -60,7 +60,9 @@ typedef struct Workbench {
     FolderFile last;                    // the last scene that was proposed, as it was written,
     char last_mesh[FOLDER_NAME_MAX];    // and its mesh
     bool foreign;                       // a daemon runs that was not started here, as pages know it
-    int64_t listed_ns; // when the folders were last read; 0: pages know nothing yet
+    int64_t looked_ns;     // when the folders were last looked at; 0: pages know nothing yet
+    int64_t listed_ns;     // when they were last read
+    int64_t changed_ns[3]; // and of each, how new it was
     FolderList scenes, uploaded, meshes, recordings;
 } Workbench;
 

@@ -185,6 +185,29 @@ TEST(there_are_no_more_pages_than_places)
         board_remove_page(&board, page[k]);
 }
 
+// Whoever answers pings but never draws keeps its place only until another page wants it.
+TEST(the_page_that_has_not_drawn_for_longest_is_ended_for_another)
+{
+    BoardPage *page[3];
+    board_set_status(&board, parcel("status"));
+    for (int k = 0; k < 3; k++) {
+        page[k] = board_add_page(&board);
+        take(page[k]);
+    }
+    board_drawn(&board, page[0], round_.number);
+    page[2]->taken_ns -= 1; // before the other
+    const int64_t now_ns = page[2]->taken_ns + BOARD_IDLE_NS;
+    assert_false(board_stop_idle(&board, now_ns));
+    assert_true(board_stop_idle(&board, now_ns + 1));
+    assert_true(board_stopped(&board, page[2]));
+    assert_false(board_stopped(&board, page[1]));
+    assert_true(board_stop_idle(&board, page[1]->taken_ns + BOARD_IDLE_NS + 1));
+    assert_false(board_stop_idle(&board, INT64_MAX)); // the first one draws
+    assert_false(board_stopped(&board, page[0]));
+    for (int k = 0; k < 3; k++)
+        board_remove_page(&board, page[k]);
+}
+
 TEST(contacts_of_more_tools_than_places_are_left_out)
 {
     BoardPage *page = board_add_page(&board);

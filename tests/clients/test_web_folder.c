@@ -115,7 +115,10 @@ TEST(no_more_files_are_listed_than_there_is_place_for)
     folder_list(&folder, FOLDER_MESHES, false, &list);
     assert_int_equal(list.count, FOLDER_FILES_MAX);
     assert_int_equal(list.more, 3);
-    assert_int_equal(folder_bytes(&folder), FOLDER_FILES_MAX + 3);
+    int meshes;
+    scratch_write(&scratch_space, "a.cfg", "xy", 2);
+    assert_int_equal(folder_bytes(&folder, FOLDER_MESHES, &meshes), FOLDER_FILES_MAX + 5);
+    assert_int_equal(meshes, FOLDER_FILES_MAX + 3);
 }
 
 TEST(any_name_of_a_mesh_becomes_a_valid_one)
@@ -169,7 +172,7 @@ TEST(a_mesh_appears_when_it_is_complete_and_replaces_none)
     size_t size = 0;
     FREED unsigned char *data = scratch_read(&scratch_space, "a-3.stl", &size);
     assert_string_equal((char *)data, "solid");
-    assert_int_equal(folder_bytes(&folder), 15); // nothing hidden is left
+    assert_int_equal(folder_bytes(&folder, FOLDER_MESHES, &(int){0}), 15); // nothing hidden is left
 }
 
 TEST(a_link_in_the_place_of_a_mesh_is_not_written_through)
@@ -197,7 +200,7 @@ TEST(a_mesh_that_is_too_large_empty_or_broken_off_leaves_nothing)
     assert_false(upload_finish(&upload, &why)); // empty
     upload_drop(&upload);
     upload_drop(&upload); // again: without effect
-    assert_int_equal(folder_bytes(&folder), 0);
+    assert_int_equal(folder_bytes(&folder, FOLDER_MESHES, &(int){0}), 0);
     assert_int_equal(file_count(), 0);
 }
 

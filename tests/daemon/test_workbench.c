@@ -6,6 +6,7 @@
 #include "page_client.h"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -404,6 +405,32 @@ TEST(a_mesh_that_breaks_off_leaves_nothing_and_holds_up_nobody)
     page_wait(!has_hidden());
     assert_int_equal(post_mesh("other.stl", STL, answer), 201);
     assert_int_equal(access(scratch("scenes/uploads/half.stl"), F_OK), -1);
+    end();
+}
+
+// Who sends next to nothing has the place for five seconds, not for ten minutes.
+TEST(a_mesh_that_comes_by_drops_makes_place_for_another)
+{
+    char answer[ANSWER];
+    begin_workbench();
+    int fd = begin_half();
+    page_wait(post_mesh("other.stl", STL, answer) == 201);
+    assert_int_equal(access(scratch("scenes/uploads/half.stl"), F_OK), -1);
+    close(fd);
+    end();
+}
+
+TEST(no_more_meshes_are_taken_than_are_listed)
+{
+    enum { LISTED = 200 }; // FOLDER_FILES_MAX
+    char answer[ANSWER], name[64];
+    begin_workbench();
+    for (int k = 0; k < LISTED; k++) {
+        snprintf(name, sizeof name, "scenes/uploads/%03d.stl", k);
+        close(open(scratch(name), O_WRONLY | O_CREAT | O_CLOEXEC, 0666));
+    }
+    assert_int_equal(post_mesh("other.stl", STL, answer), 422);
+    expect_in(answer, "the folder of meshes is full");
     end();
 }
 
