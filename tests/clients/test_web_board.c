@@ -195,7 +195,7 @@ TEST(the_page_that_has_not_drawn_for_longest_is_ended_for_another)
         take(page[k]);
     }
     board_drawn(&board, page[0], round_.number);
-    page[2]->taken_ns -= 1; // before the other
+    page[2]->taken_ns = page[1]->taken_ns - 1; // before the other
     const int64_t now_ns = page[2]->taken_ns + BOARD_IDLE_NS;
     assert_false(board_stop_idle(&board, now_ns));
     assert_true(board_stop_idle(&board, now_ns + 1));

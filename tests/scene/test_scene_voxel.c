@@ -417,7 +417,7 @@ static const WrongScene WRONG[] = {
     {IN_BODY("law = \"spring\";"), "2: law \"spring\" must be one of \"affine\", \"miyazaki2004\""},
     // skin is a mesh placed like others
     {IN_BODY("skin = { };"),
-     "2: bodies.skin.mesh is missing (OBJ, STL, PLY or OFF file, relative to the scene's folder.)"},
+     "2: bodies.skin.mesh is missing (OBJ, STL, PLY, OFF or VTK file, relative to the scene's folder.)"},
     {IN_BODY("skin = { mesh = \"a.stl\"; place = { zzz = 1; }; };"),
      "2: unknown key zzz in bodies.skin.place"},
     // bad damping is refused
