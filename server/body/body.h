@@ -90,6 +90,7 @@ typedef struct TopologyChange {
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
     const int (*gone_parent)[2]; // [gone_count] nodes that they were between
+    int pieces; // of reconstruct: how many there are, if it may have separated some; else 0
     bool again; // call once more in this tick: new faces may have to be divided in turn
 } TopologyChange;
 

@@ -216,9 +216,13 @@ bool plane_cut_reconstruct(Body *body, TopologyChange *change)
         plane_cut_fill_mesh(cut);
         return false;
     }
-    // What was carved may need more: once more in the next tick.
     rebuild(model, body, change);
     plane_cut_keep_momentum(model);
+    // An element across the crack held both sides together until now.
+    CutOutcome outcome;
+    plane_cut_count_pieces(cut, &outcome);
+    change->pieces = outcome.pieces;
+    // What was carved may need more: once more in the next tick.
     *cut->wants = 1;
     return true;
 }

@@ -376,7 +376,9 @@ void cutting_stage(Sim *sim)
 static bool reconstruct_once(Sim *sim, int b, void *context, TopologyChange *change)
 {
     (void)context;
-    return sim->body[b].ops->reconstruct(&sim->body[b], change);
+    const bool changed = sim->body[b].ops->reconstruct(&sim->body[b], change);
+    note_pieces(sim, b, change->pieces);
+    return changed;
 }
 
 void reconstruct_stage(Sim *sim)

@@ -4,6 +4,7 @@
 #include "test.h"
 #include "sim_steps.h"
 #include "plane_world.h"
+#include "base/sets.h"
 #include "random.h"
 #include "plane/cut.h"
 
@@ -148,6 +149,18 @@ TEST(an_uncut_cuttable_body_moves_as_another)
     }
 }
 
+// The pieces that are told are those of the mesh: nodes that its triangles connect.
+static void expect_pieces_of_mesh(const PlaneWorld *world)
+{
+    const BodyMesh *mesh = &world->body->mesh;
+    FREED int *root = malloc((size_t)mesh->node_count * sizeof *root);
+    union_find_reset(root, mesh->node_count);
+    for (int t = 0; t < mesh->triangle_count; t++)
+        for (int c = 1; c < 3; c++)
+            union_find_join(root, mesh->triangle[t][0], mesh->triangle[t][c]);
+    assert_int_equal(sim_pieces(world->sim, 0), union_find_number(root, mesh->node_count));
+}
+
 TEST(a_blade_through_the_disc_makes_two_pieces)
 {
     for (int law = 0; law < 2; law++) {
@@ -247,6 +260,7 @@ TEST(random_cuts_of_a_moving_disc_keep_everything_sound)
             for (int tick = 0; tick < 3; tick++) {
                 sim_step(world.sim);
                 expect_sound(&world);
+                expect_pieces_of_mesh(&world);
             }
             expect_same_from_scratch(&world);
         }
