@@ -12,11 +12,13 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -61,6 +63,15 @@ void hdf_begin(void)
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
+static bool is_locked(const char *path)
+{
+    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    const bool locked = fd >= 0 && flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (fd >= 0)
+        close(fd);
+    return locked;
+}
+
 bool hdf_open_here(HdfFile *file, const char *path, Status *status)
 {
     *file = (HdfFile){.id = -1, .path = path, .status = status};
@@ -73,8 +84,12 @@ bool hdf_open_here(HdfFile *file, const char *path, Status *status)
     if (H5Fis_hdf5(path) <= 0)
         return status_fail(status, STATUS_INVALID, "%s: is not an HDF5 file", path);
     file->id = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
-    return file->id >= 0 ||
-           status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written", path);
+    if (file->id >= 0)
+        return true;
+    // A program that has it open for writing is no damage, and passes.
+    if (is_locked(path))
+        return status_fail(status, STATUS_FAILED, "%s: another program is writing it", path);
+    return status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written", path);
 }
 
 // Answers first whether the file could be opened.
@@ -101,7 +116,8 @@ bool hdf_open(HdfFile *file, const char *path, Status *status)
         hdf_child_failed(file->child, path, status);
     } else if (said.code != STATUS_OK) {
         said.text[sizeof said.text - 1] = '\0';
-        status_fail(status, STATUS_INVALID, "%s", said.text);
+        status_fail(status, said.code == STATUS_FAILED ? STATUS_FAILED : STATUS_INVALID, "%s",
+                    said.text);
     } else {
         return true;
     }

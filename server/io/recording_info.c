@@ -552,10 +552,23 @@ bool recording_info_read(const char *path, RecordingInfo *info, Status *status)
 
 #endif
 
+// Copies a text of the file; what would command the terminal becomes '?'.
+static const char *plain(const char *text, char copy[NAME_TEXT])
+{
+    int length = 0;
+    for (; text[length] != '\0' && length < NAME_TEXT - 1; length++) {
+        const unsigned char c = (unsigned char)text[length];
+        copy[length] = (char)(c < ' ' || c == 127 ? '?' : c);
+    }
+    copy[length] = '\0';
+    return copy;
+}
+
 static void print_body(const RecordingBodyInfo *body, bool ended, FILE *out)
 {
+    char name[NAME_TEXT];
     // What there is,
-    fprintf(out, "body %s: %lld frames", body->name, (long long)body->frames);
+    fprintf(out, "body %s: %lld frames", plain(body->name, name), (long long)body->frames);
     if (body->frames > 0)
         fprintf(out, ", %.6g s (time %.6g to %.6g s, step %lld to %lld), %d to %d nodes",
                 body->last_time - body->first_time, body->first_time, body->last_time,
@@ -576,7 +589,8 @@ static void print_body(const RecordingBodyInfo *body, bool ended, FILE *out)
 
 void recording_info_print(const RecordingInfo *info, FILE *out)
 {
-    fprintf(out, "made by %s\n", info->created_by);
+    char text[NAME_TEXT];
+    fprintf(out, "made by %s\n", plain(info->created_by, text));
     fprintf(out, "%s\n",
             info->ended ? "ended cleanly"
                         : "not ended: it is being written, or its writer was killed; plain readers "
@@ -584,8 +598,10 @@ void recording_info_print(const RecordingInfo *info, FILE *out)
     for (int i = 0; i < info->body_count; i++)
         print_body(&info->body[i], info->ended, out);
     for (int i = 0; i < info->tool_count; i++)
-        fprintf(out, "tool %s: %lld rows\n", info->tool[i].name, (long long)info->tool[i].rows);
+        fprintf(out, "tool %s: %lld rows\n", plain(info->tool[i].name, text),
+                (long long)info->tool[i].rows);
     fprintf(out, "events: %lld\n", (long long)info->events);
     for (int i = 0; i < info->kind_count; i++)
-        fprintf(out, "  %s: %lld\n", info->kind[i].kind, (long long)info->kind[i].events);
+        fprintf(out, "  %s: %lld\n", plain(info->kind[i].kind, text),
+                (long long)info->kind[i].events);
 }

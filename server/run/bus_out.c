@@ -397,6 +397,9 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
 void bus_send_status(Bus *bus, bool fresh)
 {
     const StatusOut *from = bus->status;
+    const int64_t late = atomic_load_explicit(&bus->exchange->late, memory_order_relaxed);
+    // Timings are old while the run stands; while ticks are slow they are the last there are.
+    const bool timed = fresh || from->state == RUN_RUNNING;
     // Collect the variable parts: figures of bodies, stages and reasons.
     char *stage[STAGE_COUNT], *reason[REASONS];
     double stage_us[STAGE_COUNT];
@@ -412,8 +415,8 @@ void bus_send_status(Bus *bus, bool fresh)
                                .step = from->step,
                                .time = from->time,
                                .rate_hz = bus->scene->sim.rate_hz,
-                               .real_time_factor = fresh ? from->real_time_factor : 0.0,
-                               .late_ticks = from->late_ticks,
+                               .real_time_factor = timed ? from->real_time_factor : 0.0,
+                               .late_ticks = late > from->late_ticks ? late : from->late_ticks,
                                .resets = from->resets,
                                .rejected = gate_refused(&bus->gate),
                                .num_stages = fill_stages(bus, stage, stage_us),
@@ -424,8 +427,7 @@ void bus_send_status(Bus *bus, bool fresh)
                                .num_reasons = fill_reasons(bus, reason, count),
                                .reason = reason,
                                .count = count};
-    // A repeated status has no new timings.
-    if (fresh) {
+    if (timed) {
         memcpy(message.step_us, from->step_us, sizeof message.step_us);
         memcpy(message.wake_us, from->wake_us, sizeof message.wake_us);
     } else {

@@ -132,6 +132,19 @@ static void expect_refusal(const char *path, const char *needle)
         fail_msg("'%s' expected in: %s", needle, status.text);
 }
 
+TEST(names_of_a_file_do_not_command_the_terminal)
+{
+    static RecordingInfo info = {.created_by = "a\033]b", .tool_count = 1, .tool[0].name = "c\nd"};
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    recording_info_print(&info, out);
+    fclose(out);
+    expect_in(text, "made by a?]b\n");
+    expect_in(text, "tool c?d: 0 rows\n");
+    free(text);
+}
+
 TEST(what_is_missing_or_of_another_shape_is_named)
 {
     static const char *const sets[] = {"/bodies/tetra/frames/time",

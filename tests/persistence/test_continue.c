@@ -11,6 +11,8 @@
 #include "random.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <time.h>
 
@@ -183,6 +185,19 @@ TEST(a_damaged_checkpoint_is_neither_dropped_nor_replaced)
     expect_ended(&pliantd, 2, "it is not replaced");
     run_daemon(&pliantd, "--offline 0.1 --resume %s %s", copy, scene); // the bytes are as they were
     expect_ended(&pliantd, 2, "differs from its seal");
+}
+
+// Exit 1 is tried again by the service manager; 2 would leave the service down.
+TEST(a_checkpoint_that_another_program_has_locked_is_no_damage)
+{
+    const char *kept = scratch("locked.h5"), *scene = write_scene("locked.cfg", HEAD, "");
+    run_daemon_well(&pliantd, "--offline 0.1 --checkpoint %s %s", kept, scene);
+    const int fd = open(kept, O_RDWR | O_CLOEXEC);
+    assert_int_equal(flock(fd, LOCK_EX), 0);
+    run_daemon(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 1, "another program is writing it");
+    close(fd);
+    run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
 }
 
 TEST(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own)
