@@ -353,36 +353,33 @@ static void start_clock(Loop *loop)
     loop->slot = 1;
 }
 
-// Skips the deadlines that have passed by the clock, for whatever reason.
+// Skips the deadlines that have passed by the clock, for whatever reason. A longer pause releases
+// the tools.
 static void skip_missed(Loop *loop, int64_t now)
 {
-    // All but the last few at once: after a day of SIGSTOP there are a thousand million.
-    const double passed = (double)(now - loop->epoch_ns) * 1e-9 * loop->scene->sim.rate_hz;
-    const int64_t near = (int64_t)passed - 2;
-    if (near > loop->slot) {
-        loop->late_ticks += near - loop->slot;
-        loop->slot = near;
-    }
-    while (deadline(loop, loop->slot) < now) {
+    const int64_t first = loop->slot, missed = now - deadline(loop, first);
+    if ((double)missed > loop->scene->sim.tool_timeout_s * 1e9)
+        loop->away_ns = missed;
+    // Near at once, since a suspended machine may have missed days of them.
+    const double passed = (double)(now - loop->epoch_ns) * loop->scene->sim.rate_hz * 1e-9;
+    if (missed > 0 && (int64_t)passed - 1 > first)
+        loop->slot = (int64_t)passed - 1;
+    while (deadline(loop, loop->slot) < now)
         loop->slot++;
-        loop->late_ticks++;
-    }
+    loop->late_ticks += loop->slot - first;
 }
 
 // Sleeps until the next future deadline; those that have passed are counted as late.
 static void wait_for_deadline(Loop *loop)
 {
-    int64_t now = clock_now_ns();
-    int64_t missed = now - deadline(loop, loop->slot);
-    // A longer pause releases the tools.
-    if ((double)missed > loop->scene->sim.tool_timeout_s * 1e9)
-        loop->away_ns = missed;
-    skip_missed(loop, now);
+    skip_missed(loop, clock_now_ns());
     int64_t until = deadline(loop, loop->slot++);
     struct timespec time = {.tv_sec = until / 1000000000, .tv_nsec = until % 1000000000};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {
+    while (clock_nanosleep(CLOCK_RUN, TIMER_ABSTIME, &time, NULL) == EINTR) {
     }
-    int64_t lateness = clock_now_ns() - until;
+    int64_t now = clock_now_ns(), lateness = now - until;
+    // After a sleep through many deadlines the tools are released before the tick, not after it.
+    skip_missed(loop, now);
     histogram_add(&loop->wake_total, lateness);
     histogram_add(&loop->wake_window, lateness);
 }

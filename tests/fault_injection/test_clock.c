@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Clocks that are set while they are in use: by an hour forward and back, of the daemon and of a
-// client. Nothing that waits, times out or measures may rest on them.
+// client. Nothing that waits, times out or measures may rest on them. And a machine that was
+// suspended for an hour.
 #include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
@@ -10,7 +11,8 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 
-static volatile int64_t *offset_us; // of the clocks of what is started by start_with_clock
+// Of what is started by start_with_clock: the setting of its clock, and how long it was suspended.
+static volatile int64_t *offset_us;
 
 static const int64_t HOUR_US = INT64_C(3600000000);
 
@@ -24,8 +26,8 @@ static int open_clock(void **state)
     (void)state;
     const char *path = scratch("clock");
     int fd = open(path, O_RDWR | O_CREAT, 0600);
-    assert_true(fd >= 0 && ftruncate(fd, sizeof *offset_us) == 0);
-    void *memory = mmap(NULL, sizeof *offset_us, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    assert_true(fd >= 0 && ftruncate(fd, 2 * sizeof *offset_us) == 0);
+    void *memory = mmap(NULL, 2 * sizeof *offset_us, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
     assert_true(memory != MAP_FAILED);
     offset_us = memory;
     close(fd);
@@ -87,6 +89,29 @@ TEST(a_daemon_whose_clock_is_set_goes_on_as_before)
            "late ticks, nothing refused",
            (long long)shown->count, printed(&pliantd, "late ticks"));
     shown_destroy(shown);
+}
+
+// The monotonic clock stands in a suspend, and the hand does not.
+TEST(a_suspended_machine_skips_its_ticks_and_withdraws_its_tools)
+{
+    offset_us[0] = offset_us[1] = 0;
+    SCOPED_CLIENT Client *client = client_create();
+    start_with_clock(&pliantd, NULL, write_scene("suspend.cfg", HEAD, PROBE_TOOL));
+    client_wait_for_daemon(client);
+    feel(client, 20);
+    client_fresh_status(client);
+    const int64_t late = client->status.late_ticks;
+    offset_us[1] = HOUR_US;
+    wait_until(client, saw_event(client, "stopped"));
+    // Without another pose: the time-out of tools is longer than this test waits.
+    wait_until(client, client->contact.contact == 0);
+    client_fresh_status(client);
+    // An hour at 500 Hz; less what the clock of the process lagged behind, and that is in `late`.
+    expect_at_least((double)(client->status.late_ticks - late), 500.0 * 3600.0);
+    feel(client, 20); // it goes on with the next pose
+    process_end(&pliantd);
+    assert_int_equal(printed(&pliantd, "resets"), 0);
+    offset_us[1] = 0;
 }
 
 // A viewer that has seen the first one must not take the second one's frames for old ones.
