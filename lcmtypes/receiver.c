@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <net/if.h>
 #include <poll.h>
 #include <stdint.h>
@@ -46,6 +47,9 @@ struct Receiver {
     struct in_addr own[ADDRESSES]; // this host's
     int own_count;
     bool local_group; // 224.0.0.x
+    Network network;
+    bool unrouted;              // at the last look there was no route to the group
+    int64_t looked_ns, lost_ns; // the last look; when the route was lost
     int64_t own_read_ns;
     char packet[PACKET_MAX];
 };
@@ -262,6 +266,55 @@ static bool join(Receiver *receiver, const Network *network, char *why)
     return true;
 }
 
+// Puts a new socket in place of ours, which leaves the group on the former interface. The file
+// keeps its number for those that poll it.
+static bool join_again(Receiver *receiver)
+{
+    char why[RECEIVER_WHY_MAX];
+    const int old = receiver->socket;
+    const bool joined =
+        join(receiver, &receiver->network, why) && dup3(receiver->socket, old, O_CLOEXEC) >= 0;
+    if (receiver->socket >= 0)
+        close(receiver->socket);
+    receiver->socket = old;
+    return joined;
+}
+
+static void report_route(Receiver *receiver, bool routed)
+{
+    char text[RECEIVER_WHY_MAX];
+    const struct in_addr group = group_address(&receiver->network).sin_addr;
+    if (!routed)
+        snprintf(text, sizeof text, "no route for multicast to %s any more: waiting for one",
+                 inet_ntoa(group));
+    else if (receiver->unrouted)
+        snprintf(text, sizeof text, "the route for multicast to %s is back after %.1f s",
+                 inet_ntoa(group), 1e-9 * (double)(now_ns() - receiver->lost_ns));
+    else
+        snprintf(text, sizeof text, "the route for multicast to %s leads to another interface",
+                 inet_ntoa(group));
+    receiver->lost_ns = now_ns();
+    receiver->unrouted = !routed;
+    if (receiver->options.moved != NULL)
+        receiver->options.moved(routed, text, receiver->options.user);
+}
+
+void receiver_follow(Receiver *receiver)
+{
+    const int64_t now = now_ns();
+    if (receiver->socket < 0 || now - receiver->looked_ns < RECEIVER_FOLLOW_MS * INT64_C(1000000))
+        return;
+    receiver->looked_ns = now;
+    // Joins on the interface of the route; on one where we are already the kernel refuses.
+    const struct ip_mreqn group = {.imr_multiaddr = group_address(&receiver->network).sin_addr};
+    const bool moved =
+        setsockopt(receiver->socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0 &&
+        join_again(receiver);
+    const bool routed = moved || errno != ENODEV;
+    if (moved || routed == receiver->unrouted)
+        report_route(receiver, routed);
+}
+
 static ssize_t take(Receiver *receiver, struct sockaddr_in *from)
 {
     socklen_t size = sizeof *from;
@@ -315,6 +368,7 @@ Receiver *receiver_create(lcm_t *lcm, const Network *network, const ReceiverOpti
     receiver->lcm = lcm;
     receiver->options = *options;
     receiver->socket = -1;
+    receiver->network = *network;
     receiver->local_group = network->group >> 8 == 0xe00000;
     if (!network->udpm)
         return receiver;

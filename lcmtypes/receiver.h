@@ -49,8 +49,13 @@ typedef struct ReceiverOptions {
     // Called for each dropped packet, except on channels without subscription; `why` is a sentence.
     // May be NULL.
     void (*dropped)(Drop drop, const char *why, void *user);
+    // Called by receiver_follow when the route to the group is lost, has moved or is back; `what`
+    // is a sentence. May be NULL.
+    void (*moved)(bool routed, const char *what, void *user);
     void *user;
 } ReceiverOptions;
+
+enum { RECEIVER_FOLLOW_MS = 500 }; // between two looks at the route
 
 typedef struct Receiver Receiver;
 typedef struct ReceiverSubscription ReceiverSubscription;
@@ -69,6 +74,9 @@ ReceiverSubscription *receiver_subscribe(Receiver *receiver, const char *channel
                                          lcm_msg_handler_t handler, void *user);
 // Unsubscribes; not inside a handler. NULL is allowed.
 void receiver_unsubscribe(Receiver *receiver, ReceiverSubscription *subscription);
+// Follows the route to the group: a kernel's membership stays on the interface of the join, and
+// ends with it. Call at least every RECEIVER_FOLLOW_MS; it looks that often, with one system call.
+void receiver_follow(Receiver *receiver);
 // Handles at most one packet; never blocks. Returns 1 if there was one, 0 if none, -1 if the
 // receiver is broken.
 int receiver_handle(Receiver *receiver);

@@ -211,11 +211,17 @@ ClientTurn client_turn(Client *client, int64_t left_ns)
 {
     if (client->broken || client->stopped)
         return CLIENT_TURN_OVER;
-    const int64_t left = left_ns > 0 ? left_ns : 0;
-    const struct timespec timeout = {left / 1000000000, left % 1000000000};
     struct pollfd poll[] = {{.fd = receiver_file(client->receiver), .events = POLLIN},
                             {.fd = client->stop_file, .events = POLLIN}};
-    const int ready = ppoll(poll, 2, &timeout, NULL);
+    int ready = 0;
+    // In parts: where the network has gone to is looked at in between.
+    for (bool first = true; ready == 0 && (first || left_ns > 0); first = false) {
+        const int64_t most = RECEIVER_FOLLOW_MS * INT64_C(1000000);
+        const int64_t part = left_ns > most ? most : left_ns > 0 ? left_ns : 0;
+        receiver_follow(client->receiver);
+        ready = ppoll(poll, 2, &(struct timespec){.tv_nsec = part}, NULL);
+        left_ns -= part;
+    }
     if (ready < 0 && errno == EINTR)
         return CLIENT_TURN_SIGNAL;
     client->stopped = ready > 0 && poll[1].revents != 0;

@@ -179,10 +179,23 @@ static void on_dropped(Drop drop, const char *why, void *user)
     bus_refuse(user, REFUSED[drop], why);
 }
 
+// A recording has the event also when nobody can hear it.
+static void on_moved(bool routed, const char *what, void *user)
+{
+    Bus *bus = user;
+    EventOut event = {
+        .step = bus->status != NULL ? bus->status->step : 0, .body = -1, .kind = "network"};
+    snprintf(event.text, sizeof event.text, "%s", what);
+    bus_send_event(bus, &event);
+    log_line(LOG_WARNING, "%s", what);
+    if (routed)
+        bus_restart_streams(bus);
+}
+
 bool bus_listen(Bus *bus, const Network *network, Status *status)
 {
     const ReceiverOptions options = {
-        .remote = bus->scene->remote, .dropped = on_dropped, .user = bus};
+        .remote = bus->scene->remote, .dropped = on_dropped, .moved = on_moved, .user = bus};
     char why[RECEIVER_WHY_MAX];
     bus->receiver = receiver_create(bus->lcm, network, &options, why);
     return bus->receiver != NULL || status_fail(status, STATUS_FAILED, "%s", why);
@@ -213,6 +226,7 @@ bool bus_subscribe(Bus *bus, Status *status)
 
 bool bus_receive(Bus *bus)
 {
+    receiver_follow(bus->receiver);
     enum { MOST = 1024 }; // limit per call, so that a flood of messages does not block publishing
     for (int i = 0; i < MOST; i++)
         if (receiver_handle(bus->receiver) <= 0)

@@ -127,6 +127,11 @@ const char *process_output(const Process *process)
     return output_path(process, "out");
 }
 
+const char *process_errors(const Process *process)
+{
+    return output_path(process, "err");
+}
+
 static void redirect(const char *path, int fd)
 {
     int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);

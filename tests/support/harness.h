@@ -52,6 +52,7 @@ void process_run(Process *process, const char *program, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 // The file that its standard output goes to, valid until the next call.
 const char *process_output(const Process *process);
+const char *process_errors(const Process *process); // that of its standard error
 
 // Fails the test, with what it printed, unless it ended with this code.
 void expect_code(const Process *process, int code);
