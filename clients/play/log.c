@@ -32,6 +32,7 @@ typedef struct Made {
     char folder[PATH];
     char *path[TIMELINE_PARTS];
     int count;
+    bool damaged; // a log
 } Made;
 
 static bool add_made(Made *made, const char *path, Status *status)
@@ -56,8 +57,12 @@ static bool convert(Made *made, const char *log, int number, const PliantOptions
         .client = *client,
         .queue_bytes = QUEUE_BYTES,
         .intake = {.path = path, .prefix = client->prefix, .input_prefix = client->prefix}};
-    if (!convert_log(log, &options, &error))
-        return status_fail(status, STATUS_INVALID, "%s", error.text);
+    if (!convert_log(log, &options, &error)) {
+        if (access(path, R_OK) != 0)
+            return status_fail(status, STATUS_INVALID, "%s", error.text);
+        fprintf(stderr, "pliant-play: %s: used as far as it goes\n", error.text);
+        made->damaged = true;
+    }
     bool ok = add_made(made, path, status);
     for (int k = 2; k <= INTAKE_FILES && ok; k++) {
         snprintf(path, sizeof path, "%s/%d.%d.h5", made->folder, number, k);
@@ -75,7 +80,8 @@ static int remove_one(const char *path, const struct stat *facts, int type, stru
     return 0;
 }
 
-Timeline *log_open(char *const *path, int count, const PliantOptions *client, Status *status)
+Timeline *log_open(char *const *path, int count, const PliantOptions *client, bool *whole,
+                   Status *status)
 {
     const char *parent = getenv("TMPDIR");
     Made made = {0};
@@ -92,6 +98,7 @@ Timeline *log_open(char *const *path, int count, const PliantOptions *client, St
     Timeline *timeline = ok ? timeline_open(made.path, made.count, status) : NULL;
     if (timeline != NULL)
         printf("converted in %.1f s\n", (double)(client_now_ns() - begun) * 1e-9);
+    *whole = !made.damaged;
     // The children have the files open.
     nftw(made.folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
     for (int i = 0; i < made.count; i++)

@@ -9,7 +9,9 @@
 
 // True if the file begins like an event log.
 bool log_is_one(const char *path);
-// Converts logs and opens them; prints how long it took. Returns NULL with `status`.
-Timeline *log_open(char *const *path, int count, const PliantOptions *client, Status *status);
+// Converts logs and opens them; prints how long it took. One that is damaged or cut off is used as
+// far as it goes: prints what is wrong, and clears `whole`. Returns NULL with `status`.
+Timeline *log_open(char *const *path, int count, const PliantOptions *client, bool *whole,
+                   Status *status);
 
 #endif

@@ -136,6 +136,7 @@ typedef struct Play {
     double time, from, to, speed; // [s] on the timeline
     double shown;                 // time of what is shown: `time`, or a little before it
     bool playing, loop, once;
+    bool whole;        // the files could be read to their ends
     int64_t turned_ns; // last time that `time` was moved
     int event;         // the first one after `time`
     // requests
@@ -715,9 +716,11 @@ static bool read_forces(Play *play, Status *status)
 
 static bool open_files(Play *play, const Options *options, Status *status)
 {
-    play->timeline = log_is_one(options->file[0])
-                         ? log_open(options->file, options->files, &options->client, status)
-                         : timeline_open(options->file, options->files, status);
+    play->whole = true;
+    play->timeline =
+        log_is_one(options->file[0])
+            ? log_open(options->file, options->files, &options->client, &play->whole, status)
+            : timeline_open(options->file, options->files, status);
     return play->timeline != NULL;
 }
 
@@ -785,7 +788,7 @@ static int play_files(Play *play, const Options *options)
     if (play->sender.failed > 0)
         fprintf(stderr, NAME ": LCM did not take %lld messages\n", (long long)play->sender.failed);
     sender_destroy(&play->sender);
-    return ok ? 0 : fail(&error, 1);
+    return !ok ? fail(&error, 1) : !play->whole;
 }
 
 static int score_files(Play *play, const Options *options)
@@ -802,7 +805,7 @@ static int score_files(Play *play, const Options *options)
     }
     if (!ok)
         fprintf(stderr, NAME ": %s\n", status.text);
-    return ok ? 0 : (int)status.code;
+    return ok ? !play->whole : (int)status.code;
 }
 
 int main(int argc, char **argv)

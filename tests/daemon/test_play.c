@@ -7,6 +7,8 @@
 
 #include "pliant_mesh_t.h"
 
+#include <sys/stat.h>
+
 static const char PAUSED[] = "start = \"paused\";\n"
                              "publish = { nodes_hz = 60.0; contact_hz = 100.0; };";
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.4};
@@ -378,6 +380,14 @@ TEST(a_log_is_played_like_a_recording)
     expect_frame(client, &view, frame);
     server_stop(client, &program);
     expect_printed(&program, "converted in ");
+    // Its logger was killed within an event: played up to there, which the exit status says.
+    struct stat facts;
+    assert_int_equal(stat(log, &facts), 0);
+    assert_int_equal(truncate(log, facts.st_size - 20), 0);
+    process_start(&program, program_path("pliant-play"), "--once %s", log);
+    process_wait_for(&program, 1);
+    expect_in(program.err, "cut off after");
+    expect_printed(&program, "1 recording");
 }
 
 // --- What it refuses ---
