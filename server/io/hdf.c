@@ -72,6 +72,17 @@ static bool is_locked(const char *path)
     return locked;
 }
 
+bool hdf_locks(hid_t access_list, int fd)
+{
+    if (fd < 0)
+        return true;
+    if (flock(fd, LOCK_SH | LOCK_NB) == 0)
+        flock(fd, LOCK_UN);
+    else if (errno == ENOLCK || errno == ENOSYS || errno == EOPNOTSUPP)
+        return H5Pset_file_locking(access_list, false, true) < 0;
+    return true; // if another program has locked it, HDF5 will fail
+}
+
 bool hdf_open_here(HdfFile *file, const char *path, Status *status)
 {
     *file = (HdfFile){.id = -1, .path = path, .status = status};
@@ -83,7 +94,13 @@ bool hdf_open_here(HdfFile *file, const char *path, Status *status)
         return false;
     if (H5Fis_hdf5(path) <= 0)
         return status_fail(status, STATUS_INVALID, "%s: is not an HDF5 file", path);
-    file->id = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    hid_t access_list = H5Pcreate(H5P_FILE_ACCESS);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    hdf_locks(access_list, fd);
+    if (fd >= 0)
+        close(fd);
+    file->id = H5Fopen(path, H5F_ACC_RDONLY, access_list);
+    H5Pclose(access_list);
     if (file->id >= 0)
         return true;
     // A program that has it open for writing is no damage, and passes.

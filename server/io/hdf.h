@@ -33,6 +33,9 @@ bool hdf_load(const char *path, Status *status);
 // Call before using HDF5, once per thread. HDF5 then prints nothing and writes nothing at exit,
 // when it would write the rest of files that could not be written.
 void hdf_begin(void);
+// Returns false, and lets HDF5 do without, where the file system of `fd` (-1: unknown) has no
+// locks.
+bool hdf_locks(hid_t access_list, int fd);
 
 // Open a file for reading in a child process, which HDF5 may crash; report what the path is
 // instead. Sealed: one of our files, whose seal is checked first.

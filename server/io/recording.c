@@ -4,6 +4,7 @@
 #include "io/recording.h"
 
 #include "base/check.h"
+#include "base/log.h"
 #include "io/recording_parts.h"
 
 #include <stddef.h>
@@ -89,6 +90,11 @@ static bool create_file(Recording *recording)
     char claimed[64];
     snprintf(claimed, sizeof claimed, "/proc/self/fd/%d", recording->space.fd);
     const char *path = access(claimed, W_OK) == 0 ? claimed : recording->path;
+    if (!hdf_locks(access_list, recording->space.fd))
+        log_line(LOG_WARNING,
+                 "%s: its file system has no locks: recorded without, so let nothing "
+                 "else write there",
+                 recording->path);
     errno = 0;
     recording->file.id = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, access_list);
     H5Pclose(access_list);
