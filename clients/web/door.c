@@ -93,15 +93,22 @@ bool door_admits_host(const Door *door, const char *host)
            (door->host[0] && strcasecmp(name, door->host) == 0);
 }
 
-bool door_admits_origin(const char *origin, const char *host)
+bool door_admits_origin(const Door *door, const char *origin, const char *host)
 {
     if (!origin)
         return true;
-    if (!host)
+    const size_t scheme = strncasecmp(origin, "http://", 7) == 0    ? 7
+                          : strncasecmp(origin, "https://", 8) == 0 ? 8
+                                                                    : 0;
+    if (!host || scheme == 0)
         return false;
-    if (strncasecmp(origin, "http://", 7) == 0)
-        return strcasecmp(origin + 7, host) == 0;
-    return strncasecmp(origin, "https://", 8) == 0 && strcasecmp(origin + 8, host) == 0;
+    const char *site = origin + scheme, *colon = strchr(site, ':');
+    if (strcasecmp(site, host) == 0)
+        return true;
+    // A proxy may ask under another name, or an address, than the page has.
+    const size_t name = strlen(door->host);
+    return name > 0 && strncasecmp(site, door->host, name) == 0 &&
+           (site[name] == '\0' || (colon == site + name && port_valid(colon + 1)));
 }
 
 // --- the table of connections --------------------------------------------------------------------

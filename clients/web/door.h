@@ -31,8 +31,8 @@ bool door_read_token(Door *door, const char *path, PliantError *error);
 
 // True for "NAME" or "NAME:PORT" with localhost, a numeric address or door->host as the name.
 bool door_admits_host(const Door *door, const char *host);
-// True for no origin (NULL), which no browser sends, and for http(s)://HOST.
-bool door_admits_origin(const char *origin, const char *host);
+// True for no origin (NULL), which no browser sends, and for http(s):// HOST or door->host.
+bool door_admits_origin(const Door *door, const char *origin, const char *host);
 // Checks the token of the query or the cookie; NULL: none given.
 bool door_admits(const Door *door, const char *given);
 

@@ -442,8 +442,9 @@ static Result on_request(void *user, Connection *connection, const char *uri, co
                            "this server is not known by that name (see --host)\n");
     if (mesh != post || (!post && strcmp(method, "GET") != 0))
         return answer_text(connection, 405, allowed, mesh ? "use POST for /mesh\n" : "use GET\n");
-    if (!door_admits_origin(header(connection, "Origin"), host))
-        return answer_text(connection, 403, NULL, "pages of other sites stay outside\n");
+    if (!door_admits_origin(&site->door, header(connection, "Origin"), host))
+        return answer_text(connection, 403, NULL,
+                           "pages of other sites stay outside (behind a proxy: --host NAME)\n");
     if (!*visitor) {
         const union MHD_ConnectionInfo *info =
             MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);

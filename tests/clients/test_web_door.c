@@ -50,15 +50,24 @@ TEST(only_addresses_localhost_and_the_given_name_are_admitted)
 
 TEST(only_pages_of_this_server_are_of_the_right_origin)
 {
+    const Door door = {.host = "sim.example"};
     const char *host = "127.0.0.1:8080";
-    assert_true(door_admits_origin(NULL, host)); // no browser
-    assert_true(door_admits_origin("http://127.0.0.1:8080", host));
-    assert_true(door_admits_origin("https://127.0.0.1:8080", host)); // behind a proxy
+    assert_true(door_admits_origin(&door, NULL, host)); // no browser
+    assert_true(door_admits_origin(&door, "http://127.0.0.1:8080", host));
+    assert_true(door_admits_origin(&door, "https://127.0.0.1:8080", host)); // behind a proxy
+    // One that asks by address, of the name that --host gives.
+    assert_true(door_admits_origin(&door, "https://sim.example", host));
+    assert_true(door_admits_origin(&door, "https://Sim.Example:8443", host));
+    assert_false(door_admits_origin(&(Door){0}, "https://sim.example", host));
     static const char *const no[] = {"http://127.0.0.1",
                                      "http://127.0.0.1:8081",
                                      "http://127.0.0.1:80801",
                                      "http://localhost:8080",
                                      "http://evil.example",
+                                     "https://sim.example.evil.example",
+                                     "https://sim.example:",
+                                     "https://sim.example:80@evil.example",
+                                     "https://",
                                      "http://127.0.0.1:8080.evil.example",
                                      "http://127.0.0.1:8080/",
                                      "ftp://127.0.0.1:8080",
@@ -66,10 +75,10 @@ TEST(only_pages_of_this_server_are_of_the_right_origin)
                                      "null",
                                      ""};
     for (size_t k = 0; k < sizeof no / sizeof *no; k++) {
-        if (door_admits_origin(no[k], host))
+        if (door_admits_origin(&door, no[k], host))
             fail_msg("'%s' is let in", no[k]);
     }
-    assert_false(door_admits_origin("http://127.0.0.1:8080", NULL));
+    assert_false(door_admits_origin(&door, "http://127.0.0.1:8080", NULL));
 }
 
 TEST(the_whole_token_is_needed)

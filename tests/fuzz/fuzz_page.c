@@ -67,7 +67,7 @@ static void knock(const char *text)
     if (second != NULL)
         *second++ = '\0';
     door_admits_host(&door, copy);
-    door_admits_origin(second, copy);
+    door_admits_origin(&door, second, copy);
     door_admits(&door, copy);
     free(copy);
 }
