@@ -16,7 +16,7 @@
 
 const char *const FOLDER_SCENES[] = {".cfg", NULL};
 // A volume is one file: data of a header (.raw) cannot be sent.
-const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off",
+const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off", ".vtk",
                                      ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
 
@@ -100,8 +100,9 @@ bool folder_name_clean(const char *text, const char *const *endings, char name[F
     }
     int length = (int)strlen(text), stem = folder_stem(text, endings);
     if (stem == length)
-        return client_fail(error, "its name ends with none of .obj, .stl, .ply, .off, .nrrd, .nii "
-                                  "and .nii.gz");
+        return client_fail(error,
+                           "its name ends with none of .obj, .stl, .ply, .off, .vtk, .nrrd, .nii "
+                           "and .nii.gz");
     // Other characters become '_'; a long name loses some before its ending.
     int ending = length - stem, most = FOLDER_NAME_MAX - 8 - ending; // with place for a number
     int kept = stem < most ? stem : most;
