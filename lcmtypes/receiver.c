@@ -311,6 +311,8 @@ void receiver_follow(Receiver *receiver)
         setsockopt(receiver->socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0 &&
         join_again(receiver);
     const bool routed = moved || errno != ENODEV;
+    if (moved)
+        read_own(receiver); // this host may have lost the addresses that it had
     if (moved || routed == receiver->unrouted)
         report_route(receiver, routed);
 }

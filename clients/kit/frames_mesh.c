@@ -281,10 +281,11 @@ static bool change_brings_all(const MeshChange *change)
            all_differ(change->triangle_slot, change->triangles);
 }
 
-static void number_slots(int32_t *slot, int first, int count)
+// `slot` may be NULL where nothing has come.
+static void number_slots(int32_t *slot, int at, int first, int count)
 {
     for (int k = 0; k < count; k++)
-        slot[k] = first + k;
+        slot[at + k] = first + k;
 }
 
 // Adds the rows of a chunk to the mesh being assembled.
@@ -306,9 +307,9 @@ static FramesResult mesh_take_rows(MeshFrame *frame, const pliant_mesh_t *chunk)
     FramesResult result = change_take(frame, next, &rows);
     // Its slots follow from where it begins.
     if (result == FRAMES_MORE || result == FRAMES_WHOLE) {
-        number_slots(next->node_slot + next->nodes - rows.num_nodes, chunk->first_node,
+        number_slots(next->node_slot, next->nodes - rows.num_nodes, chunk->first_node,
                      rows.num_nodes);
-        number_slots(next->triangle_slot + next->triangles - rows.num_triangles,
+        number_slots(next->triangle_slot, next->triangles - rows.num_triangles,
                      chunk->first_triangle, rows.num_triangles);
     }
     return result;

@@ -335,12 +335,15 @@ void pliant_haptic_force(PliantHaptic *haptic, const double position[3], const d
         // Where the hand went is not known: nothing is left to give back.
         haptic->energy = fmin(haptic->energy, 0.0);
         haptic->called = false;
+        memset(haptic->smooth, 0, sizeof haptic->smooth);
         return;
     }
     const double period = haptic->called ? now - haptic->now : 0.0;
     for (int k = 0; k < 3 && period > 0.0; k++)
         haptic->smooth[k] += ((position[k] - haptic->position[k]) - haptic->smooth[k] * period) /
                              (SMOOTH_TIME + period);
+    if (!all_finite(haptic->smooth, 3))
+        memset(haptic->smooth, 0, sizeof haptic->smooth);
     double going[3] = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3 && (velocity || (period > 0.0 && period <= PERIOD_MOST)); k++)
         going[k] = velocity ? velocity[k] : (position[k] - haptic->position[k]) / period;

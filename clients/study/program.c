@@ -269,8 +269,9 @@ int main(int argc, char **argv)
         ranks_go(false);
     if (fits && rank == 0)
         fit_run(&arguments.fit, &status);
-    // What the first rank refused it has said.
-    if (rank == 0 || status.code == STATUS_FAILED)
-        arguments_exit(&status);
+    // What the first rank refuses it says, and fails with: it would be killed before, had another.
+    if (rank > 0 && status.code != STATUS_FAILED)
+        return 0;
+    arguments_exit(&status);
     return (int)status.code;
 }

@@ -443,7 +443,8 @@ static bool cut_rows(Raster *raster, const TriMesh *mesh, Status *status)
                            "the mesh crosses the rows of cells more than %d times; larger cells "
                            "would do",
                            MOST_CROSSINGS);
-    qsort(raster->crossing, raster->count, sizeof *raster->crossing, compare_crossings);
+    if (raster->count > 0)
+        qsort(raster->crossing, raster->count, sizeof *raster->crossing, compare_crossings);
     measure_shells(raster);
     raster->lattice->shells.volume = measure_holes(raster, mesh);
     return true;

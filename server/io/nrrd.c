@@ -102,7 +102,10 @@ static void read_segment(LabelVolume *volume, const char *line)
         find_segment(volume, number)->layer = whole + 1;
     else if (strcmp(key, "Color") == 0) {
         float *colour = find_segment(volume, number)->colour;
-        if (sscanf(value, "%f %f %f", &colour[0], &colour[1], &colour[2]) != 3)
+        bool good = sscanf(value, "%f %f %f", &colour[0], &colour[1], &colour[2]) == 3;
+        for (int k = 0; k < 3; k++)
+            good = good && colour[k] >= 0.0F && colour[k] <= 1.0F;
+        if (!good)
             colour[0] = -1.0F;
     }
 }

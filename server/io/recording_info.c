@@ -5,6 +5,8 @@
 
 #include <string.h>
 
+enum { NAME_TEXT = 128 };
+
 #ifdef PLIANT_WITH_HDF5
 #include "base/check.h"
 #include "io/hdf.h"
@@ -13,7 +15,7 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 
-enum { BLOCK = 4096, GROUP_TEXT = 64, NAME_TEXT = 128, TOPOLOGY_LIMIT = 1 << 24 };
+enum { BLOCK = 4096, GROUP_TEXT = 64, TOPOLOGY_LIMIT = 1 << 24 };
 
 // --- data sets -----------------------------------------------------------------------------------
 

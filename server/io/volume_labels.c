@@ -41,7 +41,8 @@ typedef struct Survey {
 
 static int *find_slot(Survey *survey, int label)
 {
-    unsigned at = (unsigned)label * 2654435761u % TABLE;
+    // By the high bits, which depend on all of the label's.
+    unsigned at = ((unsigned)label * 2654435761u >> 16) % TABLE;
     while (survey->slot[at] != 0 && survey->list->label[survey->slot[at] - 1].label != label)
         at = (at + 1) % TABLE;
     return &survey->slot[at];
@@ -416,10 +417,13 @@ bool volume_survey(const char *path, int layer, LabelVolume *volume, VolumeLabel
     if (!volume_import_header(path, volume, status))
         return false;
     const int layers = volume->layers;
-    bool ok = layer > 0 || layers <= VOLUME_MOST_LAYERS ||
+    // Each layer is found by reading all of them.
+    const double work =
+        (double)volume->count[0] * volume->count[1] * volume->count[2] * layers * layers;
+    bool ok = layer > 0 || (layers <= VOLUME_MOST_LAYERS && work <= 64.0 * VOLUME_MOST_VOXELS) ||
               status_fail(status, STATUS_INVALID,
-                          "%s: has %d layers, more than the %d that are looked through: choose one "
-                          "(layer)",
+                          "%s: has %d layers, more than are looked through, %d of a volume that is "
+                          "not large: choose one (layer)",
                           path, layers, VOLUME_MOST_LAYERS);
     for (int l = layer > 0 ? layer : 1; ok && l <= (layer > 0 ? layer : layers); l++) {
         volume_destroy(volume);

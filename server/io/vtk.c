@@ -16,16 +16,18 @@ static const char FIRST[] = "# vtk DataFile Version";
 typedef struct VtkType {
     const char *name;
     int size; // [bytes]
-    bool real;
+    bool real, sign;
 } VtkType;
 
 static const VtkType TYPES[] = {
-    {"float", 4, true},           {"double", 8, true},        {"int", 4, false},
-    {"vtktypeint64", 8, false},   {"vtkIdType", 4, false},    {"unsigned_char", 1, false},
-    {"char", 1, false},           {"short", 2, false},        {"long", 8, false},
-    {"unsigned_short", 2, false}, {"unsigned_int", 4, false}, {"unsigned_long", 8, false},
-    {"vtktypeuint64", 8, false}};
-static const VtkType CELL_INT = {"int", 4, false};
+    {"float", 4, true, true},          {"double", 8, true, true},
+    {"int", 4, false, true},           {"vtktypeint64", 8, false, true},
+    {"vtkIdType", 4, false, true},     {"unsigned_char", 1, false, false},
+    {"char", 1, false, true},          {"short", 2, false, true},
+    {"long", 8, false, true},          {"unsigned_short", 2, false, false},
+    {"unsigned_int", 4, false, false}, {"unsigned_long", 8, false, false},
+    {"vtktypeuint64", 8, false, false}};
+static const VtkType CELL_INT = {"int", 4, false, true};
 
 typedef struct Vtk {
     Text text;
@@ -63,7 +65,8 @@ static double number_at(const char *at, VtkType type)
     memcpy(&number, &bits, sizeof number);
     if (type.real)
         return type.size == 4 ? (double)single : number;
-    return type.size == 4 ? (double)(int32_t)low : (double)(int64_t)bits;
+    const int unused = 64 - 8 * type.size;
+    return type.sign ? (double)((int64_t)(bits << unused) >> unused) : (double)bits;
 }
 
 // Reads the next number at a cursor of the file.

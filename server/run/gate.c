@@ -32,29 +32,28 @@ static bool is_young(const Gate *gate, const GateEntry *entry)
 }
 
 // Remembers an admitted request. A place is free, or that of the oldest request of which no repeat
-// comes anymore; a sender that has half of the places displaces its own answered ones. Else there
-// is none: a request that is not remembered must not be executed, since its repeat would be, too.
+// comes anymore; a sender that has more of them than are left to others displaces its own answered
+// ones. Else there is none: a request that is not remembered must not be executed, since its repeat
+// would be, too.
 static bool remember(Gate *gate, const Input *input)
 {
     const bool urgent = input_is_urgent(input->kind, input->command.kind);
     GateEntry *oldest = NULL, *own = NULL;
-    int own_count = 0;
+    int own_count = 0, left = 0;
     for (int i = urgent ? 0 : GATE_URGENT; i < GATE_ANSWERS; i++) {
         GateEntry *entry = &gate->entry[i];
-        if (!entry->used) {
+        const bool open = !entry->used || !is_young(gate, entry);
+        left += open;
+        if (open &&
+            (oldest == NULL || (oldest->used && (!entry->used || entry->number < oldest->number))))
             oldest = entry;
-            own_count = 0;
-            break;
-        }
-        if (!is_young(gate, entry) && (oldest == NULL || entry->number < oldest->number))
-            oldest = entry;
-        if (entry->sender != input->sender)
+        if (!entry->used || entry->sender != input->sender)
             continue;
         own_count++;
         if (!entry->pending && (own == NULL || entry->number < own->number))
             own = entry;
     }
-    GateEntry *entry = own_count >= GATE_ANSWERS / 2 ? own : oldest;
+    GateEntry *entry = own_count > left && own != NULL ? own : oldest;
     if (entry == NULL)
         return false;
     *entry = (GateEntry){.used = true,

@@ -82,7 +82,8 @@ static bool prepare(Live *live, Status *status)
 // Whether ticks are in time, looked at once a second.
 typedef struct Pace {
     int64_t next_ns, ticks, late; // when to look again; counts at the last look
-    int slow, calm;               // seconds in a row with and without late ticks
+    int64_t looked_ns;
+    int slow, calm; // seconds in a row with and without late ticks
     bool warned;
 } Pace;
 
@@ -90,9 +91,10 @@ typedef struct Pace {
 // been in time for ten.
 static void look_at_pace(Pace *pace, const Live *live)
 {
-    enum { SLOW_SECONDS = 2, CALM_SECONDS = 10 };
+    enum { SLOW_SECONDS = 2, CALM_SECONDS = 10, AWAY_SECONDS = 2 };
     const double late_share = 0.05; // fewer are the machine's
-    const int64_t now = clock_now_ns();
+    const int64_t now = clock_now_ns(), away = now - pace->looked_ns;
+    pace->looked_ns = now;
     if (now < pace->next_ns)
         return;
     const int64_t ticks = atomic_load_explicit(&live->exchange.step, memory_order_relaxed),
@@ -101,6 +103,9 @@ static void look_at_pace(Pace *pace, const Live *live)
     // Nothing came due: a pause, lockstep, or a tick that takes longer than this.
     if (pace->next_ns > 0 && due == 0)
         return;
+    // Not even this thread ran: what came due while the machine was suspended is not slow.
+    if (away > AWAY_SECONDS * INT64_C(1000000000))
+        pace->next_ns = 0;
     const double rate = live->scene->sim.rate_hz;
     const int seconds = (int)fmax(1.0, round((double)due / rate));
     const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)due;

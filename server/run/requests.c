@@ -377,8 +377,11 @@ static bool take(Loop *loop, const Input *input, Answer *answer)
 {
     if (is_overtaken(loop, input)) {
         answer->ok = false;
-        snprintf(answer->text, sizeof answer->text,
-                 "overtaken by a PAUSE: ended early after 0 ticks");
+        if (input->command.kind == PLIANT_COMMAND_T_STEP)
+            snprintf(answer->text, sizeof answer->text, "ended early after 0 of %lld ticks",
+                     (long long)input->command.value);
+        else
+            snprintf(answer->text, sizeof answer->text, "a later PAUSE or STOP came first");
         return true;
     }
     // A RESET of a scene that is as it was is answered at once.

@@ -42,7 +42,6 @@ enum {
 #define NO_ACCURACY "solver_tolerance = 1 asks for none"
 #define GRADED      "edges of 0.3 mm and 0.3 m, 50 iterations a step of 74 ms"
 #define COARSENS    "faces refined at the start coarsen as they fall, which moves mass"
-#define LIGHT       "nodes of 1e-20 kg that a tool pushed out of its reach, which is forgotten"
 
 // What is wrong with kept scenes (scenes/SEED.cfg) for a cause that is known and not mended yet.
 // One that goes right fails too: it is to be taken out. "cause": restored for no known cause, or
@@ -52,7 +51,7 @@ static const struct {
     const char *verdict, *cause;
 } KNOWN[] = {
     {71866, "pushed", THIN},        {71894, "shape", GRADED},  {71894, "spin", GRADED},
-    {79887, "pushed", NO_ACCURACY}, {78307, "work", COARSENS}, {70453, "cause", LIGHT},
+    {79887, "pushed", NO_ACCURACY}, {78307, "work", COARSENS},
 };
 
 typedef enum Outcome {

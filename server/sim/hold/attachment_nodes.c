@@ -466,7 +466,8 @@ void attachment_topology_changed(Attachment *attachment, const Body *of,
         joint_other_changed(attachment, change);
     if (attachment->body == of)
         follow_nodes(attachment, change);
-    if (attachment->other != NULL) // corners have other shares and masses now
+    // Its corners have other shares and masses now.
+    if (attachment->other != NULL && (attachment->body == of || attachment->other == of))
         joint_stiffen(attachment);
     if (hold->points > 0) {
         follow_points(attachment, change);
