@@ -307,10 +307,11 @@ void receiver_follow(Receiver *receiver)
     receiver->looked_ns = now;
     // Joins on the interface of the route; on one where we are already the kernel refuses.
     const struct ip_mreqn group = {.imr_multiaddr = group_address(&receiver->network).sin_addr};
-    const bool moved =
-        setsockopt(receiver->socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0 &&
-        join_again(receiver);
-    const bool routed = moved || errno != ENODEV;
+    const bool joined =
+        setsockopt(receiver->socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0;
+    const bool routed = joined || errno != ENODEV, moved = joined && join_again(receiver);
+    if (joined && !moved) // no file for it: the next look must find the group to be joined
+        setsockopt(receiver->socket, IPPROTO_IP, IP_DROP_MEMBERSHIP, &group, sizeof group);
     if (moved)
         read_own(receiver); // this host may have lost the addresses that it had
     if (moved || routed == receiver->unrouted)
