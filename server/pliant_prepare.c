@@ -20,6 +20,7 @@ typedef struct PrepareArguments {
     int file_count;
     const char *output;
     double scale; // 0: not given
+    bool units;   // --units gave it
     double weld;  // of a repair [units of the file]; 0: not given
     int model;    // SceneModel to propose; -1: the better one
     LabelChoice choice;
@@ -38,8 +39,9 @@ static bool take_file(void *target, const char *text, Status *why)
 
 static bool take_units(void *target, const char *text, Status *why)
 {
-    return units_parse(text, &((PrepareArguments *)target)->scale) ||
-           status_fail(why, STATUS_INVALID, "is none of m, dm, cm, mm and um");
+    PrepareArguments *a = target;
+    a->units = units_parse(text, &a->scale);
+    return a->units || status_fail(why, STATUS_INVALID, "is none of m, dm, cm, mm and um");
 }
 
 static bool take_model(void *target, const char *text, Status *why)
@@ -73,7 +75,8 @@ static const ArgumentRow ROWS[] = {
      .help = "Units of the mesh files: m, dm, cm, mm or um; without it, and without --scale, they "
              "are guessed from the file's first lines or the size"},
     {"scale", 0, ARGUMENT_NUMBER, "S", AT(scale), 0.0, 1e6, .open = true, // as a scene allows
-     .help = "Metres per unit of the files; 0.001 for millimetres"},
+     .help = "Metres per unit of the files, 0.001 for millimetres; of a label volume, times the "
+             "units that it states"},
     {"label", 0, ARGUMENT_TEXT, "L", AT(choice.label),
      .help = "Label of a volume, by its number or name; without it the largest"},
     {"layer", 0, ARGUMENT_INTEGER, "N", AT(choice.layer), 1, VOLUME_MOST_VOXELS,
@@ -150,6 +153,16 @@ static void announce(const char *path, LabelChoice choice)
 #endif
 }
 
+// A volume says in what units it is, so `--units mm` would make millimetres of it twice.
+static bool check_units(const PrepareArguments *arguments, const char *path, Status *status)
+{
+    return !arguments->units || !proposal_is_volume(path) ||
+           status_fail(status, STATUS_INVALID,
+                       "%s: --units is for meshes: a label volume states its units (mm, where it "
+                       "states none); if they are wrong, --scale S multiplies them",
+                       path);
+}
+
 // Checks every mesh, also after one that is unusable.
 static int check_meshes(const PrepareArguments *arguments)
 {
@@ -157,7 +170,8 @@ static int check_meshes(const PrepareArguments *arguments)
     for (int i = 0; i < arguments->file_count; i++) {
         Status status = {0};
         announce(arguments->file[i], arguments->choice);
-        if (mesh_report_print(arguments->file[i], arguments->scale, arguments->choice, stdout,
+        if (check_units(arguments, arguments->file[i], &status) &&
+            mesh_report_print(arguments->file[i], arguments->scale, arguments->choice, stdout,
                               &status))
             continue;
         fflush(stdout);
@@ -328,7 +342,7 @@ static int propose(PrepareArguments *arguments)
     ask_label(arguments);
     announce(path, arguments->choice);
     // Try both models; the better one, or the one that was asked for, becomes the scene.
-    if (find_scale(arguments, &scale, &status) &&
+    if (check_units(arguments, path, &status) && find_scale(arguments, &scale, &status) &&
         proposal_judge(path, scale, arguments->choice, &proposals, &status)) {
         print_taken(&proposals, arguments->choice);
         const Verdict *best =

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // From nothing to the end of the first tick, in wall time: of a sheet of 99904 triangles, made by a
 // generator in memory, and read from a scene with an OBJ file; of an evenly spread sphere with two
-// finer levels, made and divided, and read from a prepared model.
+// finer levels, made and divided, and read from a prepared model. Then what `pliant-prepare
+// --check` takes of a mesh and of a label volume.
 #include "bench.h"
+#include "daemon.h"
 #include "world.h"
 
 #include "base/clock.h"
@@ -11,11 +13,15 @@
 #include "geometry/generator.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-static const char NAME[] = "load.start", LEVELS_NAME[] = "load.levels";
+static const char NAME[] = "load.start", LEVELS_NAME[] = "load.levels", MESH_NAME[] = "check.mesh",
+                  LABELS_NAME[] = "check.labels";
 
 // Returns the number of nodes, 0 after a failure.
 static int start_in_memory(int columns, int rows, double *ms, Status *status)
@@ -187,10 +193,135 @@ static void bench_start_levels(Bench *bench)
 }
 #endif
 
+// A closed surface of 2 `segments` (`segments` - 1) triangles in mm, as a binary STL file.
+static bool write_ball(const char *path, int segments)
+{
+    TriMesh mesh;
+    Status status = {0};
+    FILE *file = fopen(path, "wb");
+    if (file == NULL || !generate_uv_sphere(&mesh, segments, segments, 40.0, &status)) {
+        if (file != NULL)
+            fclose(file);
+        return false;
+    }
+    const char head[80] = "a ball";
+    const uint32_t count = (uint32_t)mesh.triangle_count;
+    fwrite(head, sizeof head, 1, file);
+    fwrite(&count, sizeof count, 1, file);
+    for (int t = 0; t < mesh.triangle_count; t++) {
+        float corners[12] = {0.0f}; // the normal first, which readers work out themselves
+        for (int k = 0; k < 3; k++) {
+            const Vec3 x = mesh.position[mesh.triangle[t][k]];
+            corners[3 + 3 * k] = (float)x.x;
+            corners[4 + 3 * k] = (float)x.y;
+            corners[5 + 3 * k] = (float)x.z;
+        }
+        fwrite(corners, sizeof corners, 1, file);
+        fwrite("\0", 2, 1, file);
+    }
+    mesh_destroy(&mesh);
+    return fclose(file) == 0;
+}
+
+// A ball of labels that fills most of n^3 voxels of 0.5 mm, as an NRRD file.
+static bool write_labels(const char *path, int n)
+{
+    FILE *file = fopen(path, "wb");
+    unsigned char *row = calloc(1, (size_t)n);
+    if (file == NULL || row == NULL) {
+        free(row);
+        if (file != NULL)
+            fclose(file);
+        return false;
+    }
+    fprintf(file,
+            "NRRD0005\ntype: uint8\ndimension: 3\nsizes: %d %d %d\nspace: left-posterior-superior\n"
+            "space directions: (0.5,0,0) (0,0.5,0) (0,0,0.5)\nencoding: raw\n\n",
+            n, n, n);
+    const int middle = n / 2, radius = 2 * n / 5;
+    for (int z = -middle; z < n - middle; z++)
+        for (int y = -middle; y < n - middle; y++) {
+            for (int x = 0; x < n; x++)
+                row[x] = (x - middle) * (x - middle) + y * y + z * z < radius * radius ? 1 : 0;
+            fwrite(row, 1, (size_t)n, file);
+        }
+    free(row);
+    return fclose(file) == 0;
+}
+
+// Runs `pliant-prepare --check` beside this program. Its highest memory is not read where this
+// program's own is higher, which a child begins with.
+static bool run_check(const char *path, struct rusage *used)
+{
+    char program[4096];
+    const char *daemon = daemon_path();
+    if (daemon == NULL)
+        return false;
+    snprintf(program, sizeof program, "%.*s/pliant-prepare", (int)(strrchr(daemon, '/') - daemon),
+             daemon);
+    const pid_t child = fork();
+    if (child == 0) {
+        const int null = open("/dev/null", O_WRONLY);
+        dup2(null, STDOUT_FILENO);
+        dup2(null, STDERR_FILENO);
+        execl(program, program, "--check", path, (char *)NULL);
+        _exit(127);
+    }
+    int how = 0;
+    return child > 0 && wait4(child, &how, 0, used) == child && how == 0;
+}
+
+static double cpu_ms(const struct rusage *used)
+{
+    return 1e3 * (double)(used->ru_utime.tv_sec + used->ru_stime.tv_sec) +
+           1e-3 * (double)(used->ru_utime.tv_usec + used->ru_stime.tv_usec);
+}
+
+// `size`: triangles or voxels.
+static void bench_check(Bench *bench, const char *name, const char *path, bool written, int size)
+{
+    Samples ms = {0};
+    struct rusage own, used = {0};
+    bool whole = written;
+    for (int r = 0; whole && r < (bench->quick ? 1 : 3); r++) {
+        whole = run_check(path, &used);
+        samples_add(&ms, cpu_ms(&used));
+    }
+    unlink(path);
+    if (!whole) {
+        bench_fail(bench, name, "pliant-prepare --check did not find the file usable");
+        return;
+    }
+    bench_row(bench, name, size, "ms_cpu", samples_min(&ms), "ms");
+    getrusage(RUSAGE_SELF, &own);
+    if (used.ru_maxrss > own.ru_maxrss)
+        bench_row(bench, name, size, "mb_at_most", (double)used.ru_maxrss / 1024.0, "MB");
+}
+
+static void bench_checks(Bench *bench)
+{
+    char path[64];
+    const int segments = bench->quick ? 24 : 317, n = bench->quick ? 20 : 200;
+    if (bench_wants(bench, MESH_NAME)) {
+        snprintf(path, sizeof path, "/tmp/pliant-bench-%d.stl", (int)getpid());
+        bench_check(bench, MESH_NAME, path, write_ball(path, segments),
+                    2 * segments * (segments - 1));
+    }
+#ifdef PLIANT_WITH_VOXEL
+    if (bench_wants(bench, LABELS_NAME)) {
+        snprintf(path, sizeof path, "/tmp/pliant-bench-%d.nrrd", (int)getpid());
+        bench_check(bench, LABELS_NAME, path, write_labels(path, n), n * n * n);
+    }
+#else
+    (void)n;
+#endif
+}
+
 void bench_load(Bench *bench)
 {
     if (bench_wants(bench, NAME))
         bench_sheet(bench);
     if (bench_wants(bench, LEVELS_NAME))
         bench_start_levels(bench);
+    bench_checks(bench);
 }

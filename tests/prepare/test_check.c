@@ -465,6 +465,8 @@ TEST(labels_are_listed_and_the_one_taken_is_said)
     }
     run(&result, "--check --label kidney organs.seg.nrrd");
     expect_refusal(&result, 2, "organs.seg.nrrd: no voxel has the label kidney");
+    run(&result, "--check --units mm organs.seg.nrrd");
+    expect_refusal(&result, 2, "organs.seg.nrrd: --units is for meshes");
     write_file("cube.obj", CUBE);
     run(&result, "--check --label 1 cube.obj");
     expect_refusal(&result, 2, "cube.obj: is no label volume, so it has no label or layer");
