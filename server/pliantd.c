@@ -282,7 +282,9 @@ static const char *choose_start(const DaemonArguments *arguments)
 static bool start_world(World *world, const DaemonArguments *arguments, Status *status)
 {
     if (arguments->resume != NULL) {
-        if (!checkpoint_read(arguments->resume, world, status))
+        const bool own = arguments->continues && arguments->resume == arguments->checkpoint;
+        if (!checkpoint_read(arguments->resume, world, status) &&
+            !(own && checkpoint_fall_back(arguments->resume, world, status)))
             return false;
         if (arguments->continues)
             log_line(LOG_INFO, "--continue: continuing from %s, step %lld", arguments->resume,

@@ -75,6 +75,15 @@ bool output_check(const char *path, const char *mark, Status *status)
 
 // --- numbered names ---
 
+char *output_former(const char *path)
+{
+    const size_t size = strlen(path) + sizeof ".1";
+    char *former = malloc(size);
+    ASSERT(former != NULL);
+    snprintf(former, size, "%s.1", path);
+    return former;
+}
+
 static const char *base_name(const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -326,11 +335,27 @@ static void keep_claimed(Output *output, bool waits)
     output->fd = -1;
 }
 
+// Gives the file that is about to be replaced a second name. There is always a file at PATH; on a
+// file system without links it has no second name.
+static void keep_former(const Output *output)
+{
+    char *former = output_former(output->path);
+    struct stat facts;
+    Status status = {0};
+    if (lstat(output->path, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_size > 0 &&
+        output_check(former, output->claim->mark, &status) &&
+        (unlink(former) == 0 || errno == ENOENT))
+        (void)!link(output->path, former);
+    free(former);
+}
+
 bool output_commit(Output *output, bool durable, Status *status)
 {
     // Lock before the rename, so that no other program can claim the name in between.
     if (output->claim != NULL && !output->device)
         lock_claimed(output->fd);
+    if (output->claim != NULL && !output->device && output->claim->keeps)
+        keep_former(output);
     bool ok = output->device || ((!durable || fsync(output->fd) == 0) &&
                                  rename(output->temporary, output->path) == 0);
     if (!ok) {

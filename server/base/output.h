@@ -18,6 +18,9 @@ bool output_check(const char *path, const char *mark, Status *status);
 // run-2.h5, run-3.h5. A device keeps its name.
 char *output_next(const char *path);
 
+// Returns the name of the file that was at PATH before, PATH.1, to be freed by the caller.
+char *output_former(const char *path);
+
 // A file name that one program writes again and again as long as it runs. The claim is a lock on
 // the file, or on PATH.tmp while there is no file; it moves on to each file that replaces it.
 typedef struct OutputClaim {
@@ -25,6 +28,7 @@ typedef struct OutputClaim {
     int fd;                  // the locked file; -1: none
     bool waits;              // `fd` is PATH.tmp, because there is no file yet
     bool device;             // any number of programs may write to it
+    bool keeps;              // the file that is replaced stays, under the name output_former
 } OutputClaim;
 
 // Claims PATH after output_check. False with `status` (STATUS_INVALID) also if another running

@@ -14,7 +14,7 @@
 #include <sys/stat.h>
 
 #define CHECKPOINT_FORMAT "pliant-checkpoint"
-enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160 };
+enum { CHECKPOINT_VERSION = 2, NAME_TEXT = 160, PATH_TEXT = 4096 };
 
 #ifdef PLIANT_WITH_HDF5
 
@@ -233,12 +233,24 @@ static bool is_finite(const char *path, const WorldImage *image, const World *wo
     return true;
 }
 
+// Refuses an image that no run could start from, by the same checks as apply_image.
+static bool can_start(const char *path, const WorldImage *image, Status *status)
+{
+    return image->fault == NULL ||
+           status_fail(
+               status, STATUS_FAILED, "%s: step %lld not written: %s%s no run could continue from",
+               path, (long long)image->step, image->fault[0] != '\0' ? "body " : "",
+               image->fault[0] != '\0' ? image->fault
+                                       : "it holds tools, loads, strokes or attachments that");
+}
+
 static bool write_file(const char *path, OutputClaim *claim, const WorldImage *image,
                        const World *world, Status *status)
 {
     HdfFile file;
-    // A state that holds a bad number must not replace a good one.
-    if (!is_finite(path, image, world, status) || !hdf_create(&file, path, status))
+    // A state that is not sound must not replace a good one.
+    if (!can_start(path, image, status) || !is_finite(path, image, world, status) ||
+        !hdf_create(&file, path, status))
         return false;
     file.claim = claim;
     // The readable part, then the state itself.
@@ -288,8 +300,14 @@ bool checkpoint_check_target(const char *path, const World *world, Status *statu
 // Checks the target again after claiming it: another run may have written there until then.
 bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, Status *status)
 {
-    return output_claim(claim, path, HDF_MARK, status) &&
-           checkpoint_check_target(path, world, status);
+    char *former = output_former(path);
+    // The one before is kept, in a place that must be ours as well.
+    bool ok = output_claim(claim, path, HDF_MARK, status) &&
+              checkpoint_check_target(path, world, status) &&
+              output_check(former, HDF_MARK, status);
+    claim->keeps = true;
+    free(former);
+    return ok;
 }
 
 bool checkpoint_is_there(const char *path)
@@ -441,7 +459,36 @@ bool checkpoint_read(const char *path, World *world, Status *status)
     return ok;
 }
 
+bool checkpoint_fall_back(const char *path, World *world, Status *status)
+{
+    char *former = output_former(path), aside[PATH_TEXT];
+    OutputClaim claim;
+    Status other = {0};
+    snprintf(aside, sizeof aside, "%s.refused", path);
+    // Only what no other run writes, and nothing that is not ours, is moved out of the way.
+    bool ok = strlen(path) < sizeof aside - sizeof ".refused" && checkpoint_is_there(former) &&
+              output_check(aside, HDF_MARK, &other) && output_claim(&claim, path, HDF_MARK, &other);
+    if (ok) {
+        ok = checkpoint_read(former, world, &other) && rename(path, aside) == 0;
+        output_release(&claim);
+    }
+    if (ok) {
+        log_line(LOG_ERROR,
+                 "%s; it is %s now, and the run goes on from the checkpoint before it, %s",
+                 status->text, aside, former);
+        *status = (Status){0};
+    }
+    free(former);
+    return ok;
+}
+
 #else
+
+bool checkpoint_fall_back(const char *path, World *world, Status *status)
+{
+    (void)path, (void)world, (void)status;
+    return false;
+}
 
 bool checkpoint_check_target(const char *path, const World *world, Status *status)
 {

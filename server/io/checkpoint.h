@@ -13,12 +13,13 @@
 // `status` (STATUS_INVALID). Load time.
 bool checkpoint_check_target(const char *path, const World *world, Status *status);
 // Does the same and claims the path until output_release, so that no other run replaces the file
-// meanwhile.
+// meanwhile. Each file that is written then keeps the one before it as PATH.1.
 bool checkpoint_claim(OutputClaim *claim, const char *path, const World *world, Status *status);
 // True if the path holds anything but an empty file or a device: a checkpoint or an obstacle.
 bool checkpoint_is_there(const char *path);
 
-// Writes the image as base/output.h does, synced to the disk; replaces only a sealed file. Root
+// Writes the image as base/output.h does, synced to the disk; replaces only a sealed file, and by
+// nothing that could not be resumed (WorldImage.fault: STATUS_FAILED). Root
 // attributes: format, version, scene, created_by. Data: /time, /step, /inputs; /bodies/<name>/{id,
 // position, velocity} float64 of the live nodes, in ascending id; /state/<array> as bytes, with
 // attribute isa. Every dataset has the attribute unit. The first 512 bytes, which HDF5 leaves to
@@ -30,6 +31,10 @@ bool checkpoint_write_claimed(OutputClaim *claim, const WorldImage *image, const
 // Validates the file against the scene and the world (format, version, names, sizes, hash of the
 // scene's physics) and replaces the world's state. The continued run is bit-identical.
 bool checkpoint_read(const char *path, World *world, Status *status);
+// After checkpoint_read failed with `status`: reads the checkpoint before it (PATH.1), renames PATH
+// to PATH.refused, reports both and clears `status`. False, with nothing changed, without one that
+// can be read, or while another run writes PATH.
+bool checkpoint_fall_back(const char *path, World *world, Status *status);
 
 // --- initial states; load time only --------------------------------------------------------------
 

@@ -92,12 +92,18 @@ static void write_checkpoint(FilesThread *files)
         input_log_sync(files->log);
     // The result goes to whoever asked; the image is free for the next one.
     Status result = {0};
+    const bool faulty = exchange->image.fault != NULL, again = faulty && files->retries;
     if (checkpoint_write_claimed(&files->checkpoint, &exchange->image, files->world, &result))
         files->checkpoints++;
-    else
-        log_line(LOG_ERROR, "%s", result.text);
+    else if (!again)
+        log_line(LOG_ERROR, "%s; the checkpoint before it is kept", result.text);
     files->status = result;
-    report(files, &result, exchange->image.step);
+    if (!again || exchange->asked_count > 0)
+        report(files, &result, exchange->image.step);
+    // A state that no run could start from: the next tick may end in a better one.
+    files->retries = faulty;
+    if (faulty)
+        atomic_store_explicit(&exchange->checkpoint_wanted, true, memory_order_relaxed);
     atomic_store_explicit(&exchange->image_full, false, memory_order_release);
 }
 

@@ -108,6 +108,7 @@ typedef struct FilesThread {
     int look_ms;            // pause between two iterations [ms]
     int64_t step;           // of the newest frame
     bool recording_failed, log_failed;
+    bool retries; // the last image was refused, and the next tick's is awaited
     int64_t lost_reported, lost_reported_ns;
     // results
     int64_t checkpoints;

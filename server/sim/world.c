@@ -60,6 +60,18 @@ void world_image_reserve(WorldImage *image, Arena *arena, const World *world)
     }
 }
 
+const char *world_fault(const World *world)
+{
+    if (!sim_check(world->sim))
+        return "";
+    for (int i = 0; i < sim_body_count(world->sim); i++) {
+        const Body *body = sim_body(world->sim, i);
+        if (body->ops->check != NULL && !body->ops->check(body->model))
+            return body->name;
+    }
+    return NULL;
+}
+
 void world_image_take(WorldImage *image, const World *world)
 {
     // All of the state, and the rows of each body in the world for readers of the file.
@@ -72,4 +84,5 @@ void world_image_take(WorldImage *image, const World *world)
     image->time = sim_time(world->sim);
     image->step = sim_steps(world->sim);
     image->inputs = world_inputs(world);
+    image->fault = world_fault(world);
 }

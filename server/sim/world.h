@@ -53,8 +53,13 @@ typedef struct WorldImage {
     Vec3 **velocity; // [body][node_count]
     double time;
     int64_t step;
-    int64_t inputs; // applied since that step (world_inputs)
+    int64_t inputs;    // applied since that step (world_inputs)
+    const char *fault; // what no run could start from, NULL: nothing (world_fault)
 } WorldImage;
+
+// Returns what of the present state no run can start from, or NULL: the name of a body, or "" for
+// tools, loads, strokes and attachments.
+const char *world_fault(const World *world);
 
 // Reserves the image from the arena (the world's own, for a run's checkpoints). Load time.
 void world_image_reserve(WorldImage *image, Arena *arena, const World *world);

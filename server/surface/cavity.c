@@ -540,9 +540,26 @@ void cavity_abandon(Cavity *cavity)
     cavity->measured = false;
 }
 
+static double most_volume(const Cavity *cavity)
+{
+    return 1e6 * cavity->rest_volume;
+}
+
+bool cavity_can_flow(const Cavity *cavity)
+{
+    const CavityFlow *flow = &cavity->state->flow;
+    const double most = most_volume(cavity);
+    return fabs(flow->volume) <= most && fabs(flow->more) <= most && fabs(flow->due) <= most &&
+           isfinite(flow->rate);
+}
+
 void cavity_forget(Cavity *cavity)
 {
     CavityState *state = cavity->state;
+    // The next tick measures the volume: nothing of one that cannot be must stay until then.
+    if (!cavity_can_flow(cavity))
+        state->flow = cavity->committed =
+            (CavityFlow){.volume = cavity->rest_volume, .tick = state->flow.tick};
     state->known = 0;
     state->flow.rate = state->flow.due = state->flow.time = 0.0;
 }
@@ -593,20 +610,17 @@ bool cavity_check(const Cavity *cavity)
     const CavityState *state = cavity->state;
     const CavityFlow *flow = &state->flow;
     const SurfaceCavity *options = &cavity->options;
-    const double most_volume = 1e6 * cavity->rest_volume;
     // What is inside is a pressure, or a gas or fluid that is there.
     double least = -2.0 * PRESSURE_MOST, most = 2.0 * PRESSURE_MOST;
     if (state->supplied == 0 && (options->gas || options->fluid)) {
         least = 0.0;
-        most = options->gas ? (options->ambient + PRESSURE_MOST) * most_volume : most_volume;
+        most = (options->gas ? options->ambient + PRESSURE_MOST : 1.0) * most_volume(cavity);
     }
     return state->content >= least && state->content <= most && state->wanted >= least &&
            state->wanted <= most && (least < 0.0 || !options->fluid || state->content > 0.0) &&
-           fabs(flow->volume) <= most_volume && fabs(flow->more) <= most_volume &&
-           isfinite(flow->rate) && fabs(flow->due) <= most_volume && flow->tick >= 0.0 &&
-           flow->tick <= 1e3 && flow->time == 0.0 && state->opening >= 0.0 &&
-           isfinite(state->opening) && isfinite(state->cap) && isfinite(state->cap_rate) &&
-           state->held >= 0.0 && isfinite(state->held) &&
+           cavity_can_flow(cavity) && flow->tick >= 0.0 && flow->tick <= 1e3 && flow->time == 0.0 &&
+           state->opening >= 0.0 && isfinite(state->opening) && isfinite(state->cap) &&
+           isfinite(state->cap_rate) && state->held >= 0.0 && isfinite(state->held) &&
            (state->known == 0 || state->known == 1) &&
            (state->supplied == 0 || state->supplied == 1);
 }

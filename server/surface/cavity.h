@@ -102,6 +102,8 @@ static inline int cavity_padding(int own, int count, const int *ring)
 void cavity_drift(Cavity *cavity, double dt);
 void cavity_begin(SurfaceModel *model, const Evaluation *evaluation, double h);
 void cavity_end(SurfaceModel *model, const SpringPass *pass);
+// True if the volume of the present rows can be: a tick that ends beyond is a bad one.
+bool cavity_can_flow(const Cavity *cavity);
 // Ends a tick; what is inside leaks.
 void cavity_commit(SurfaceModel *model);
 // Goes back to the end of the last tick.

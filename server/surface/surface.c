@@ -100,7 +100,7 @@ static bool surface_commit(void *self)
     SurfaceModel *model = self;
     // The coordinates of a floating body are small however far it has travelled: check the distance
     // too.
-    bool good = !model->bad &&
+    bool good = !model->bad && (model->cavity == NULL || cavity_can_flow(model->cavity)) &&
                 (!model->basis.floating || rows_are_near(&model->basis, model->position_limit));
     model->bad = false;
     rows_end_tick(&model->basis, good);
@@ -117,7 +117,8 @@ static bool surface_commit(void *self)
         cavity_commit(model);
     else if (model->cavity != NULL)
         cavity_abandon(model->cavity);
-    return good;
+    // What a cut wall encloses is measured at the end only.
+    return good && (model->cavity == NULL || cavity_can_flow(model->cavity));
 }
 
 static void surface_abandon(void *self)

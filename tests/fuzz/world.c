@@ -15,7 +15,8 @@ static const char TEXT[] =
     "bodies = (\n"
 #ifdef PLIANT_WITH_SURFACE
     "  { name = \"ball\"; mesh = { generator = \"ico_sphere\"; nodes = 42; radius = 0.05; };\n"
-    "    levels = 1; start_level = 0; prestress = 0.1; cuttable = true;\n"
+    "    levels = 1; start_level = 0; prestress = 0.1; cuttable = true; cavity = { fluid = true; "
+    "pressure = 200.0; }; contact = { stiffness = 1.0; };\n"
     "    adapt = { force = 0.005; speed = 0.3; curvature = 0.4; check_hz = 100.0; };\n"
     "    material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 2.0e-4; };\n"
     "    shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
@@ -27,12 +28,16 @@ static const char TEXT[] =
 #ifdef PLIANT_WITH_VOXEL
     "  { name = \"block\"; model = \"voxel\";\n"
     "    voxels = { generator = \"box\"; count = [4, 4, 4]; size = 0.02;\n"
-    "               place = { translation = [0.1, 0.0, 0.0]; }; };\n"
+    "               place = { translation = [0.089, 0.0, 0.0]; }; };\n"
     "    levels = 1; cuttable = true; split_budget = 4; tear = { stress = 3000.0; };\n"
     "    material = { youngs_modulus = 1.0e4; density = 1000.0; damping = 0.2; };\n"
     "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); } ); }\n"
 #endif
     ");\n"
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+    "touch = ( { bodies = [\"ball\", \"block\"]; friction = 0.3; }, { bodies = [\"ball\"]; }, { "
+    "bodies = [\"block\"]; } );\n"
+#endif
     "tools = (\n"
     "  { id = 1; kind = \"probe\"; max_force = 3.3;\n"
     "    capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.01; } ); },\n"

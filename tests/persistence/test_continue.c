@@ -200,6 +200,33 @@ TEST(a_checkpoint_that_another_program_has_locked_is_no_damage)
     run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
 }
 
+// A service manager does not retry exit 2: one bad file must not keep a service down.
+TEST(a_run_goes_on_from_the_checkpoint_before_one_that_is_damaged)
+{
+    const char *scene = write_scene("before.cfg", HEAD, "");
+    char file[256], former[256], refused[256];
+    snprintf(file, sizeof file, "%s", scratch("before.h5"));
+    snprintf(former, sizeof former, "%s", scratch("before.h5.1"));
+    snprintf(refused, sizeof refused, "%s", scratch("before.h5.refused"));
+    for (int run = 0; run < 2; run++)
+        run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", file, scene);
+    assert_int_equal(kept_step(former, scene), 100);
+    assert_int_equal(kept_step(file, scene), 200);
+    assert_int_equal(truncate(file, 3000), 0);
+    run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", file, scene);
+    expect_in(pliantd.err,
+              "before.h5.refused now, and the run goes on from the checkpoint before it");
+    assert_int_equal(printed(&pliantd, "step"), 200);
+    assert_int_equal(kept_step(file, scene), 200);
+    assert_true(holds_something(refused));
+    // Without one before it, it is refused as ever, and left alone.
+    assert_int_equal(unlink(former), 0);
+    assert_int_equal(truncate(file, 3000), 0);
+    run_daemon(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", file, scene);
+    expect_ended(&pliantd, 2, "truncated");
+    assert_true(holds_something(file));
+}
+
 TEST(a_run_may_begin_from_a_checkpoint_and_then_go_on_from_its_own)
 {
     char arguments[4096];

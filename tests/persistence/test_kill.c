@@ -48,7 +48,8 @@ static const char *path_for(const SessionScene *scene, const char *kind, const c
     return scratch(name);
 }
 
-// What is beside the checkpoint: at most one temporary file, however many writers were killed.
+// What is beside the checkpoint: the one before it, and at most one temporary file, however many
+// writers were killed.
 static void look_for_litter(const char *checkpoint, Tally *tally)
 {
     char folder[PATH_TEXT * 2];
@@ -58,7 +59,8 @@ static void look_for_litter(const char *checkpoint, Tally *tally)
     assert_non_null(all);
     for (const struct dirent *entry; (entry = readdir(all)) != NULL;) {
         bool temporary = strcmp(entry->d_name, "kept.h5.tmp") == 0;
-        if (entry->d_name[0] != '.' && !temporary && strcmp(entry->d_name, "kept.h5") != 0)
+        if (entry->d_name[0] != '.' && !temporary && strcmp(entry->d_name, "kept.h5") != 0 &&
+            strcmp(entry->d_name, "kept.h5.1") != 0)
             fail_msg("a killed server left %s/%s", folder, entry->d_name);
         tally->temporaries += temporary;
     }

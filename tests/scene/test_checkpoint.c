@@ -6,6 +6,7 @@
 #include "world_run.h"
 #include "kept_world.h"
 
+#include "sim/sim_data.h"
 #include "surface/surface.h"
 
 #include <signal.h>
@@ -346,6 +347,12 @@ TEST(altered_files_are_refused_wherever_the_change_is)
     }
 }
 
+static bool refuse(const void *model)
+{
+    (void)model;
+    return false;
+}
+
 // --- writing -------------------------------------------------------------------------------------
 
 TEST(files_that_cannot_be_written_are_named)
@@ -376,6 +383,34 @@ TEST(numbers_that_are_none_are_not_written)
         assert_false(checkpoint_write(path, &image, &run.world, &status));
         expect_in(status.text, "whole.h5: not written: row 3 of body ");
         assert_string_equal(load(&run, "whole.h5"), ""); // the good one is still there
+    }
+}
+
+// What a resume would refuse is refused before it replaces anything.
+TEST(a_state_that_no_run_could_go_on_from_is_not_written)
+{
+    WorldImage image;
+    START_RUN(run, SCENE("leapfrog", ""));
+    save(&run, "sound.h5");
+    world_image_reserve(&image, &run.world.arena, &run.world);
+    const char *path = scratch_at("sound.h5");
+    for (int k = 0; k < 2; k++) {
+        Status status = {0};
+        Body *body = sim_body(run.world.sim, 0);
+        const BodyOps *honest = body->ops;
+        BodyOps spoilt = *honest;
+        spoilt.check = refuse;
+        if (k == 0)
+            body->ops = &spoilt;
+        else
+            run.world.sim->clock->next_load = 1000;
+        world_image_take(&image, &run.world);
+        body->ops = honest;
+        assert_false(checkpoint_write(path, &image, &run.world, &status));
+        assert_int_equal(status.code, STATUS_FAILED);
+        expect_in(status.text, k == 0 ? "not written: body ball no run could continue from"
+                                      : "not written: it holds tools");
+        assert_string_equal(load(&run, "sound.h5"), ""); // the good one is still there
     }
 }
 

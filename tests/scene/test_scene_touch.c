@@ -22,6 +22,40 @@ enum { PAIR_COUNT = sizeof PAIRS / sizeof *PAIRS };
 
 AROUND_ALL(scratch_begin, scratch_end)
 
+// Puts a bristle as long as no body is into a touch at the end of a tick.
+static Touch *stretched;
+static const BodyOps *honest;
+
+static bool stretch_and_commit(void *model)
+{
+    TouchHalf *half = &stretched->half[0];
+    if (half->point_count > 0)
+        half->memory[half->point[0].node].bristle.x = 2e9;
+    return honest->commit(model);
+}
+
+TEST(a_friction_that_no_checkpoint_may_hold_is_a_bad_tick)
+{
+    char text[4096];
+    SCOPED(run_destroy) Run run;
+    snprintf(text, sizeof text, DOUBLE "bodies = ( %s, %s );\n" TOUCH("friction = 0.3;") PRESS,
+             PAIRS[0][0], PAIRS[0][1]);
+    run_create(&run, text);
+    for (int i = 0; i < 200 && touch_of(&run)->depth < 5e-4; i++)
+        sim_step(run.world.sim);
+    Body *body = sim_body(run.world.sim, 0);
+    stretched = touch_of(&run);
+    honest = body->ops;
+    assert_true(stretched->half[0].point_count > 0);
+    BodyOps spoilt = *honest;
+    spoilt.commit = stretch_and_commit;
+    body->ops = &spoilt;
+    sim_step(run.world.sim);
+    body->ops = honest;
+    assert_null(world_fault(&run.world));
+    assert_true(body->resets > 0);
+}
+
 TEST(forces_are_the_gradient_of_the_energy)
 {
     for (int k = 0; k < 2 * PAIR_COUNT; k++) {

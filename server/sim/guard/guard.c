@@ -5,6 +5,7 @@
 
 #include "sim/cutting.h"
 #include "sim/events.h"
+#include "sim/touch/touch.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -124,6 +125,10 @@ static void forget_contacts(Sim *sim, int b)
         attachment_clear(sim->attachment[k]);
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++)
         contact_clear(sim->contact[k]);
+    for (int k = 0; k < sim->touch_count; k++)
+        if (touch_options(sim->touch[k])->body[0] == b ||
+            touch_options(sim->touch[k])->body[1] == b)
+            touch_forget_friction(sim->touch[k]);
 }
 
 // The first restore keeps velocities, since a passing blow should not stop the body; if that was
@@ -243,6 +248,17 @@ static void mend_energy(Sim *sim, int b, EnergyVerdict verdict, double has, doub
     note_restore(sim, b, mode, GUARD_ENERGY, what);
 }
 
+// Finds bodies that touch with a friction that cannot be.
+static void judge_friction(const Sim *sim, bool bad[SIM_BODIES])
+{
+    for (int k = 0; k < sim->touch_count; k++) {
+        const TouchOptions *options = touch_options(sim->touch[k]);
+        const bool can_be = touch_can_rub(sim->touch[k]);
+        for (int e = 0; e < touch_bodies(options); e++)
+            bad[options->body[e]] |= !can_be;
+    }
+}
+
 bool guard_bodies(Sim *sim)
 {
     bool bad[SIM_BODIES], any = false;
@@ -250,9 +266,13 @@ bool guard_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         bad[b] = !body->ops->commit(body->model);
+    }
+    // What a checkpoint would be refused for is bad now.
+    judge_friction(sim, bad);
+    for (int b = 0; b < sim->body_count; b++) {
         any |= bad[b];
         if (!bad[b])
-            body->tuning.bad_in_a_row = 0;
+            sim->body[b].tuning.bad_in_a_row = 0;
     }
     // Good numbers may still have too much energy.
     bool wrong[SIM_BODIES];

@@ -235,6 +235,29 @@ void touch_end_substep(Touch *touch)
                 touch->half[k].point[i].trial;
 }
 
+static bool can_stretch(Vec3 bristle)
+{
+    return vec3_dot(bristle, bristle) < 1e12; // no body is that large
+}
+
+bool touch_can_rub(const Touch *touch)
+{
+    for (int k = 0; k < touch->count && touch->options.friction > 0.0; k++)
+        for (int i = 0; i < touch->half[k].point_count; i++)
+            if (!can_stretch(touch->half[k].memory[touch->half[k].point[i].node].bristle))
+                return false;
+    return true;
+}
+
+void touch_forget_friction(Touch *touch)
+{
+    for (int k = 0; k < touch->count && touch->options.friction > 0.0; k++) {
+        const TouchHalf *half = &touch->half[k];
+        for (int i = 0; i < half->points->body->surface.node_count; i++)
+            half->memory[i].bristle = half->before[i].bristle = (Vec3){0.0, 0.0, 0.0};
+    }
+}
+
 // ---------------------------------------------------------------------------------------------
 // Ticks
 
@@ -476,8 +499,7 @@ static bool check_memory(const TouchMemory *memory, const BodySurface *faces, do
             if (faces->face[face][c] < 0 || faces->face[face][c] >= faces->node_count)
                 return false;
     }
-    return memory->stiffness >= 0.0 && isfinite(memory->stiffness) &&
-           vec3_dot(memory->bristle, memory->bristle) < 1e12; // no body is that large
+    return memory->stiffness >= 0.0 && isfinite(memory->stiffness) && can_stretch(memory->bristle);
 }
 
 bool touch_check(const Touch *touch)

@@ -52,6 +52,10 @@ bool touch_is_near(const Touch *touch);
 void touch_apply(Touch *touch, double dt);
 // Keeps what friction remembers.
 void touch_end_substep(Touch *touch);
+// True if friction remembers what can be: a tick that ends otherwise is a bad one.
+bool touch_can_rub(const Touch *touch);
+// Forgets friction: a body was restored, whose bristles are of another motion.
+void touch_forget_friction(Touch *touch);
 
 // Follows a change of topology of the body with this index of the options.
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change);
