@@ -443,6 +443,25 @@ static void describe_sum(const CutOutcome *sum, int cut_bodies, int refused, cha
              sum->separated, sum->nodes_added, sum->pieces, more);
 }
 
+// Returns what a tick of all bodies is expected to cost, by counts [s].
+static double cost_of(const Sim *sim)
+{
+    double cost = 0.0;
+    for (int b = 0; b < sim->body_count; b++)
+        cost += cost_tick(&sim->body[b], sim->body[b].substeps);
+    return cost;
+}
+
+// Adds what a cut costs in every tick from now on, if that is much: small triangles at its edges
+// need short steps.
+static void describe_cost(double longer, char *why, size_t why_size)
+{
+    static const double MUCH = 1.25; // less is lost in what counts estimate
+    const size_t used = strlen(why);
+    if (longer > MUCH)
+        snprintf(why + used, why_size - used, "; ticks take about %.2g times as long now", longer);
+}
+
 bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, size_t why_size)
 {
     *sum = (CutOutcome){.verdict = CUT_MET_NOTHING};
@@ -453,6 +472,7 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
     }
     const CutSweep sweep = {
         .phase = CUT_WHOLE, .before = cut->before, .after = cut->after, .blade = -1};
+    const double cost = cost_of(sim);
     int asked = 0, done = 0, refused = 0, told = -1; // told: the body that the sentence is about
     CutOutcome most = *sum;
     // Sweep through every cuttable body; the most important verdict is reported.
@@ -490,5 +510,6 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
         snprintf(why, why_size, "the blade met no tissue");
     else
         cut_describe(&most, sim->body[told].name, why, why_size);
+    describe_cost(cost_of(sim) / cost, why, why_size);
     return done > 0;
 }

@@ -223,6 +223,43 @@ TEST(lips_of_a_slit_do_not_pass_each_other)
     expect_at_most(overlap[1], 0.3 * 0.005);
 }
 
+// Lips that lie on each other at rest are looked at once. What is remembered of them is what
+// looking again would find: they move by the same bits with and without.
+TEST(lips_at_rest_are_not_looked_at_again)
+{
+    Run run[2];
+    const LoadOptions pull = {
+        .center = {-0.01, 0.0, 0.01}, .radius = 0.01, .force = {0.02, 0.0, 0.0}, .duration = 0.1};
+    for (int k = 0; k < 2; k++) {
+        run_create(&run[k],
+                   "gravity = [0, 0, 0]; rate_hz = 500.0;\n"
+                   "bodies = ( { name = \"one\"; model = \"voxel\"; cuttable = true; voxels = { "
+                   "generator = \"box\"; count = [8, 4, 4]; size = 0.005; };\n"
+                   "material = { youngs_modulus = 1.0e4; density = 1000.0; };\n"
+                   "fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0099]); } ); } );\n" SELF(""));
+        cut(&run[k], vec3(-0.0004, -0.05, -0.0004), vec3(-0.0004, -0.05, 0.05), vec3(0, 0.1, 0));
+        step(&run[k], 1);
+    }
+    Touch *touch = touch_of(&run[0]);
+    int64_t looks = touch->looks;
+    assert_true(touch_is_near(touch) && looks > 0);
+    step(&run[0], 100);
+    assert_int_equal(touch->looks, looks);
+    step(&run[1], 100);
+    // Moved, they are looked at again.
+    for (int k = 0; k < 2; k++)
+        apply_well(sim_apply_load, run[k].world.sim, &pull);
+    for (int tick = 0; tick < 500; tick++)
+        for (int k = 0; k < 2; k++) {
+            touch_of(&run[k])->looked &= k == 0; // the second looks in every tick
+            step(&run[k], 1);
+        }
+    assert_true(touch->looks > looks);
+    assert_int_equal(state_hash(&run[0].world.state), state_hash(&run[1].world.state));
+    for (int k = 0; k < 2; k++)
+        run_destroy(&run[k]);
+}
+
 // A body that is pressed far in but not cut moves as one that does not touch itself, bit for bit:
 // neither its corners nor its thin parts touch anything.
 TEST(a_whole_body_does_not_feel_itself)

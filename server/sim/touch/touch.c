@@ -179,9 +179,45 @@ static double way_of(const TouchEnd *end)
     return sqrt(most);
 }
 
+// True if no node moved since the gaps of points were found: lips of a cut that rest on each other
+// cost as much as pressed ones where every evaluation finds the same again.
+static bool is_known(Touch *touch)
+{
+    bool known = touch->looked;
+    for (int e = 0; e < touch->count && known; e++) {
+        const TouchEnd *end = &touch->end[e];
+        known = end->count == 0 ||
+                memcmp(end->x, end->looked, (size_t)end->count * sizeof *end->x) == 0;
+    }
+    for (int e = 0; e < touch->count && !known; e++) {
+        const TouchEnd *end = &touch->end[e];
+        if (end->count > 0)
+            memcpy(end->looked, end->x, (size_t)end->count * sizeof *end->x);
+    }
+    touch->looked = true;
+    touch->looks += !known;
+    return known;
+}
+
+// Finds which patches of a point count, and how far it is from them.
+static void look(const Touch *touch, const TouchHalf *half, TouchPoint *point, double moved)
+{
+    for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+        TouchGap *gap = &point->gap[patch];
+        point->meets[patch] =
+            point->clear <= moved && point->side[patch] != 0 &&
+            touch_gap(half->faces->x, half->points->x[point->own], &half->pair[point->first],
+                      point->count, patch, point->side[patch], moved, gap) &&
+            gap->distance < touch->thickness && // it rests no farther
+            (half->one_sided || !has_jumped(touch, half, point, gap, patch));
+    }
+}
+
 void touch_evaluate(Touch *touch, double dt)
 {
-    const double moved = way_of(&touch->end[0]) + way_of(&touch->end[touch->count - 1]);
+    const bool known = is_known(touch);
+    const double moved =
+        known ? 0.0 : way_of(&touch->end[0]) + way_of(&touch->end[touch->count - 1]);
     touch->depth = touch->energy = 0.0;
     for (int e = 0; e < touch->count; e++)
         if (touch->end[e].count > 0)
@@ -193,19 +229,16 @@ void touch_evaluate(Touch *touch, double dt)
             const double *rest = half->memory[point->node].rest;
             bool rubbed = false; // one bristle: on the first patch that pushes
             point->trial = (Vec3){0.0, 0.0, 0.0};
-            for (int patch = 0; patch < TOUCH_PATCHES && point->clear <= moved; patch++) {
-                TouchGap gap;
-                if (point->side[patch] == 0 ||
-                    !touch_gap(half->faces->x, half->points->x[point->own],
-                               &half->pair[point->first], point->count, patch, point->side[patch],
-                               moved, &gap) ||
-                    !(gap.distance < rest[patch]) ||
-                    (!half->one_sided && has_jumped(touch, half, point, &gap, patch)))
+            if (!known)
+                look(touch, half, point, moved);
+            for (int patch = 0; patch < TOUCH_PATCHES; patch++) {
+                const TouchGap *gap = &point->gap[patch];
+                if (!point->meets[patch] || !(gap->distance < rest[patch]))
                     continue;
                 const double push =
-                    push_apart(touch, half, point, &gap, rest[patch] - gap.distance);
+                    push_apart(touch, half, point, gap, rest[patch] - gap->distance);
                 if (!rubbed && touch->options.friction > 0.0)
-                    rub(touch, half, point, &gap, push, dt);
+                    rub(touch, half, point, gap, push, dt);
                 rubbed = true;
             }
         }
@@ -422,6 +455,7 @@ static void follow_points(TouchHalf *half, const TopologyChange *change)
 static void clear(Touch *touch)
 {
     touch->drift = (double)INFINITY;
+    touch->looked = false;
     for (int k = 0; k < touch->count; k++) {
         touch_forget_numbers(&touch->end[k]);
         touch->half[k].point_count = touch->half[k].pair_count = 0;
@@ -552,6 +586,7 @@ static void create_end(TouchEnd *end, bool itself, const char *name, Body *body,
     end->v = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "velocities");
     end->f = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "forces");
     end->from = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "starts");
+    end->looked = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "looked at");
     end->used = ALLOCATE(ARENA_CONTACT, nodes, int, "used");
     end->place = ALLOCATE(ARENA_CONTACT, nodes, Vec3, "places");
     if (itself && !body->surface.solid)

@@ -52,6 +52,14 @@ typedef struct TouchPair {
                      // bit 3 + k: around corner k
 } TouchPair;
 
+// How far a point is from a patch (touch_gap).
+typedef struct TouchGap {
+    double distance; // signed [m]
+    Vec3 out;        // unit, the direction in which the distance grows
+    const TouchPair *pair;
+    double weight[3]; // of the nearest point, on the pair's corners
+} TouchGap;
+
 // A point that can reach the other surface until the next search.
 typedef struct TouchPoint {
     int node;         // of its body
@@ -64,7 +72,9 @@ typedef struct TouchPoint {
     int under_count, under[3 * TOUCH_PATCHES];
     double weight[3 * TOUCH_PATCHES];
     int side[TOUCH_PATCHES];
-    Vec3 trial; // bristle of the current evaluation [m]
+    Vec3 trial;                  // bristle of the current evaluation [m]
+    TouchGap gap[TOUCH_PATCHES]; // of the last evaluation that looked,
+    bool meets[TOUCH_PATCHES];   // and whether they count
 } TouchPoint;
 
 // The nodes of one body that a touch reads and pushes.
@@ -76,7 +86,8 @@ typedef struct TouchEnd {
     int *node;   // [count]
     int *number; // [node slots] of a node; -1
     Vec3 *x, *v, *f;
-    Vec3 *from; // x at the search
+    Vec3 *from;   // x at the search
+    Vec3 *looked; // x that the gaps of points are of
     // Of the search: all nodes in use; their places at the last one and where their vertices were
     // (state; the same array without `fit`) and velocities, by node; both now in the order of
     // `used`.
@@ -161,6 +172,8 @@ struct Touch {
     bool fast;      // a hollow body with itself is: the search holds for its tick only
     bool expires;   // likewise: points are at borders
     bool repeats;   // the search is one that was done before
+    bool looked;    // gaps of points are known
+    int64_t looks;  // evaluations that had to find them
     int64_t budget; // exact distances left to this search
     int64_t refused;
     double depth, energy; // of the last evaluation [m], [J]
@@ -190,12 +203,6 @@ int touch_grid_at(const TouchHalf *half, Vec3 x, const int **near);
 // Finds the signed distance of a point to one of its patches: negative across its side. Returns
 // false if nothing of the patch is in front of or behind it; the distance is then that to its
 // border, or infinite.
-typedef struct TouchGap {
-    double distance; // signed [m]
-    Vec3 out;        // unit, the direction in which the distance grows
-    const TouchPair *pair;
-    double weight[3]; // of the nearest point, on the pair's corners
-} TouchGap;
 // `x`: positions by the numbers of TouchPair.corner. `moved`: how much nearer point and faces may
 // have come since the search [m].
 bool touch_gap(const Vec3 *x, Vec3 at, const TouchPair *pair, int count, int patch, int side,

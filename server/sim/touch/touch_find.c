@@ -577,7 +577,7 @@ static void search(Touch *touch)
     for (int e = 0; e < touch->count; e++)
         touch_forget_numbers(&touch->end[e]);
     const TouchEnd *first = &touch->end[0], *second = &touch->end[touch->count - 1];
-    touch->expires = false;
+    touch->expires = touch->looked = false;
     touch->budget = BUDGET * (int64_t)(first->used_count + second->used_count);
     const Box box = box_common(&first->box, &second->box, touch->reach);
     for (int e = 0; e < touch->count; e++)
