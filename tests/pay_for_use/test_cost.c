@@ -50,7 +50,7 @@ static const Feature COMMON[] = {
     {.name = "attachments",
      .tail = "attachments = ( { body = \"body\"; to = \"world\"; sphere = [0.0, 0.0, 0.1]; "
              "radius = 0.05; } );",
-     .files = {"sim/hold/attachment", OUTSIDE_FILES},
+     .files = {"sim/hold/attachment", "sim/hold/grip.c", OUTSIDE_FILES},
      .arrays = {"/attachment0", "attachments"}},
     {.name = "loads",
      .tail = LOAD,
