@@ -272,6 +272,7 @@ struct Body {
     double contact_lambda; // lambda of the coarsest level, so that contact is equally stiff at
                            // every level
     double theta;          // implicit bodies: the method's, else 0
+    double bears;          // pressure inside that its wall can balance, about [Pa]
     double
         contact_share; // implicit bodies: fraction of that lambda which their step leaves; else 1
     double finest_lambda, finest_damping; // of the finest level at rest; 0: one level, or unknown
@@ -382,6 +383,7 @@ static inline Body body_of_options(const BodyOptions *options, const BodyOps *op
         .model = model,
         .integrator = options->integrator,
         .contact_share = 1.0,
+        .bears = (double)INFINITY,
         .contact_ratio = options->contact_ratio,
         .contact_damping = options->contact_damping,
         .tuning = {.friction = options->friction, .stiffness_scale = 1.0, .damping_scale = 1.0},

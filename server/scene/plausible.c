@@ -247,16 +247,11 @@ static void say_cost(const Subject *s, double value, char *text, size_t size)
              s->made->substeps, value);
 }
 
-// Returns the pressure inside over the most that a ball of that wall bears
-// (server/surface/README.md).
+// Returns the pressure inside over the most that a ball of that wall bears.
 static double burst(const Subject *s)
 {
-    const SurfaceOptions *surface = &s->body->surface;
-    if (!has_wall(s) || !surface->cavity.wanted || surface->shape.wanted)
-        return (double)NAN;
-    const SurfaceMaterial *wall = &surface->material;
-    return surface->cavity.pressure * 0.5 * s->extent /
-           (0.75 * wall->youngs_modulus_2d * stiffening_cap(&wall->stiffening));
+    const SurfaceCavity *cavity = &s->body->surface.cavity;
+    return has_wall(s) && cavity->wanted ? cavity->pressure / s->made->bears : (double)NAN;
 }
 
 static void say_burst(const Subject *s, double value, char *text, size_t size)

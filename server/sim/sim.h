@@ -154,7 +154,7 @@ enum {
 // Cause of a body's bad tick: the strongest of the tools and loads that acted on it or on bodies
 // joined with it; else the last SET, if within GUARD_WINDOW; else an unsafe time step that the
 // scene requires; else the strongest load that has ended, as long as the body has energy of it;
-// else tools that gave it energy since the last check of energies.
+// else tools that gave it energy since the last check of energies; else the pressure inside.
 typedef enum GuardCause {
     GUARD_TOOL, // touches or grasps
     GUARD_LOAD,
@@ -162,6 +162,7 @@ typedef enum GuardCause {
     GUARD_TIME_STEP, // unsafe_time_step
     GUARD_UNKNOWN,   // nothing acted
     GUARD_ENERGY,    // good numbers, but energy without a source
+    GUARD_PRESSURE,  // inside, beyond what its wall bears
     GUARD_CAUSE_COUNT,
 } GuardCause;
 
@@ -175,8 +176,9 @@ typedef struct GuardCounts {
 } GuardCounts;
 
 // All counts in order with their names, as in status_t: "restored_tool", "restored_load",
-// "restored_set", "restored_time_step", "restored_unknown", "restored_energy", "rest_shapes",
-// "withdrawn_tools", "withdrawn_loads", "wrenches_withheld", "figures_withheld".
+// "restored_set", "restored_time_step", "restored_unknown", "restored_energy",
+// "restored_pressure", "rest_shapes", "withdrawn_tools", "withdrawn_loads", "wrenches_withheld",
+// "figures_withheld".
 enum { GUARD_REASONS = GUARD_CAUSE_COUNT + 5 };
 int64_t guard_reason(const GuardCounts *counts, int index, const char **name);
 

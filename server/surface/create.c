@@ -294,6 +294,18 @@ static void start_model(SurfaceModel *model, const SurfaceOptions *options,
     law_choose(model, options);
 }
 
+// Returns the pressure that a ball of the body's wall and size bears (server/surface/README.md).
+static double burst_pressure(const SurfaceOptions *options, const TriMesh *mesh)
+{
+    const SurfaceMaterial *wall = &options->material;
+    if (options->shape.wanted || wall->uniform)
+        return (double)INFINITY;
+    Box box = box_empty();
+    for (int i = 0; i < mesh->node_count; i++)
+        box_add(&box, mesh->position[i]);
+    return 1.5 * wall->youngs_modulus_2d * stiffening_cap(&wall->stiffening) / box_extent(&box);
+}
+
 static Body start_body(SurfaceModel *model, const SurfaceOptions *options,
                        const SpringNetwork *network)
 {
@@ -374,6 +386,7 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     if (options->cavity.wanted)
         model->cavity = cavity_create(&cavity, name, arena, state);
     *body = start_body(model, options, &network);
+    body->bears = burst_pressure(options, mesh);
     body->spring_count = winged.edge_count;
     body->auto_substeps = options->automatic ? most : 0;
     body->element_count = mesh->triangle_count;

@@ -440,6 +440,27 @@ TEST(what_was_set_is_the_cause_for_a_while_then_the_unsafe_step)
     assert_true(told);
 }
 
+// With nothing else that acts. What a wall bears is no cause.
+TEST(a_pressure_that_bursts_its_wall_is_the_cause)
+{
+    FixtureOptions options = fixture_loadable();
+    options.shape = (SurfaceShape){0};
+    for (int bursts = 0; bursts < 2; bursts++) {
+        SCOPED(fixture_destroy) Fixture fixture;
+        SimEvent event;
+        options.cavity = (SurfaceCavity){.wanted = true, .pressure = bursts ? 1e6 : 1.0};
+        fixture_create_sphere(&fixture, &options);
+        if (!bursts)
+            spoil_motion(&fixture);
+        fixture_run(&fixture, 50);
+        const int64_t *restored = sim_guard_counts(fixture.sim)->restored;
+        assert_true(restored[bursts ? GUARD_PRESSURE : GUARD_UNKNOWN] > 0);
+        assert_int_equal(restored[bursts ? GUARD_UNKNOWN : GUARD_PRESSURE], 0);
+        assert_true(next_event(&fixture, "restored", &event));
+        assert_int_equal(strstr(event.text, "1e+06 Pa inside") != NULL, bursts);
+    }
+}
+
 TEST(what_was_set_is_named_whichever_key_it_is)
 {
     FixtureOptions options = fixture_loadable();

@@ -21,9 +21,9 @@
 int64_t guard_reason(const GuardCounts *counts, int index, const char **name)
 {
     static const char *const names[GUARD_REASONS] = {
-        "restored_tool",    "restored_load",     "restored_set",     "restored_time_step",
-        "restored_unknown", "restored_energy",   "rest_shapes",      "withdrawn_tools",
-        "withdrawn_loads",  "wrenches_withheld", "figures_withheld",
+        "restored_tool",    "restored_load",   "restored_set",      "restored_time_step",
+        "restored_unknown", "restored_energy", "restored_pressure", "rest_shapes",
+        "withdrawn_tools",  "withdrawn_loads", "wrenches_withheld", "figures_withheld",
     };
     const int64_t others[] = {counts->rest_shapes, counts->tools, counts->loads, counts->wrenches,
                               counts->figures};

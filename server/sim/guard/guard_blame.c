@@ -126,6 +126,18 @@ static bool find_ended_load(const Sim *sim, int b, Suspect *suspect, char *text,
     return true;
 }
 
+// True of a wall that bursts, or collapses, by what is inside.
+static bool bursts(const Body *body, char *text, size_t size)
+{
+    double inside;
+    const double most = body->bears * body->tuning.stiffness_scale;
+    if (!body->ops->get(body->model, BODY_PRESSURE, &inside) || !(fabs(inside) > most))
+        return false;
+    snprintf(text, size, "%.3g Pa inside, %.2g times what its wall bears", inside,
+             fabs(inside) / most);
+    return true;
+}
+
 GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text, size_t size)
 {
     const Body *body = &sim->body[b];
@@ -167,6 +179,8 @@ GuardCause guard_find_cause(const Sim *sim, int b, Suspect *suspect, char *text,
         snprintf(text, size, "tools that pushed it earlier");
         return GUARD_TOOL;
     }
+    if (bursts(body, text, size))
+        return GUARD_PRESSURE;
     if (body->tuning.bad_in_a_row > 0 && at->cause != GUARD_UNKNOWN) { // it moved out of its reach
         snprintf(text, size, "the same cause as in the tick before");
         return (GuardCause)at->cause;
