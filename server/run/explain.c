@@ -137,8 +137,19 @@ static void print_elements(World *world, const SceneBody *described, const Body 
         fprintf(out, "  skin %s\n", described->skin.file);
 }
 
+// Prints what cuts may make of a wall, by estimate: faces of the finest level along them, in the
+// end as many as there is room for. Half the edge is half the step; a node has three springs.
+static void print_finest(const Body *body, int levels, FILE *out)
+{
+    const int finer = body->integrator == INTEGRATOR_IMPLICIT ? 0 : levels - body->finest_level;
+    Body whole = *body;
+    whole.spring_count = 3 * body->mesh.node_capacity;
+    fprintf(out, ", at level %d: about %d substeps a tick, at most %.2g ms", levels,
+            body->substeps << finer, 1e3 * cost_tick(&whole, body->substeps << finer));
+}
+
 // Prints what may happen to it at run time: cuts, tears and so on.
-static void print_cutting(const SceneBody *described, FILE *out)
+static void print_cutting(const Body *body, const SceneBody *described, FILE *out)
 {
     const VoxelOptions *voxel = scene_has_cells(described) ? &described->voxel : NULL;
     if (!described->options.cuttable)
@@ -153,6 +164,8 @@ static void print_cutting(const SceneBody *described, FILE *out)
         fprintf(out, ", tears at %.6g N", voxel->tear_force);
     if (voxel == NULL && described->surface.tear_stretch > 0.0)
         fprintf(out, ", tears at a stretch of %.6g", described->surface.tear_stretch);
+    if (voxel == NULL && body->finest_level < described->options.levels)
+        print_finest(body, described->options.levels, out);
     fprintf(out, "\n");
 }
 
@@ -226,7 +239,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
         print_levels(body, described, out);
         print_springs(body, &described->surface.material, out);
     }
-    print_cutting(described, out);
+    print_cutting(body, described, out);
 }
 
 // Prints the parts of a tool in its own frame (static tools: in the world); viewers parse these

@@ -5,6 +5,7 @@
 #include "run/modes.h"
 
 #include "base/check.h"
+#include "base/log.h"
 #include "run/realtime.h"
 
 #include <math.h>
@@ -98,6 +99,9 @@ static bool move_tools(Sim *sim, const Press *press, double part)
 
 // --- measuring -----------------------------------------------------------------------------------
 
+// What the whole scene does meanwhile.
+enum { RESTS, PRESSED, REFINED, OPENED, KINDS };
+
 // The time of a tick [s]: of the processor, and by the clock, where other programs ran meanwhile.
 typedef struct Duration {
     double busy, passed;
@@ -147,31 +151,68 @@ static Duration measure(Sim *sim, int body, const Press *press, double budget)
     return (Duration){median(busy + first, count - first), median(passed + first, count - first)};
 }
 
-// The same at rest of a world whose bodies are held at their finest level; 0: none of them adapts,
-// or they cannot be built so.
-static Duration measure_refined(const Scene *scene, const BuildOptions *options)
+// Deepens the bodies of a scene that adapt to their finest level. Returns false if there are none.
+static bool refine(Scene *scene)
 {
-    Scene refined = *scene;
     bool any = false;
-    Duration time = {0};
-    refined.body = calloc((size_t)scene->body_count, sizeof *refined.body);
-    ASSERT(refined.body != NULL);
     for (int i = 0; i < scene->body_count; i++) {
-        refined.body[i] = scene->body[i];
-        SurfaceOptions *surface = &refined.body[i].surface;
+        SurfaceOptions *surface = &scene->body[i].surface;
         if (scene->body[i].model != MODEL_SURFACE || !surface->adaptive)
             continue;
         surface->start_level = surface->adapt.coarsest = surface->body.levels;
         any = true;
     }
+    return any;
+}
+
+// Cuts every body that may be cut from three sides nearly to its middle, where it holds together.
+// Returns false if none was cut.
+static bool cut(Sim *sim)
+{
+    const double pi = 3.14159265358979323846, inner = 0.1;
+    bool any = false;
+    for (int k = 0; k < 3 * sim_body_count(sim); k++) {
+        const BodyOutline outline = body_outline(sim_body(sim, k / 3));
+        const Vec3 low = box_low(&outline.box), high = box_high(&outline.box),
+                   middle = vec3_scale(0.5, vec3_add(low, high)), up = {0.0, 0.0, high.z - low.z};
+        // Off the axes, along which cells and the edges of spheres lie.
+        const double angle = 0.3 + 2.0 / 3.0 * pi * (k % 3), far = vec3_length(vec3_sub(high, low));
+        const Vec3 out = vec3_scale(far, vec3(cos(angle), sin(angle), 0.0));
+        const BladeEdge edge = {{vec3_sub(middle, up), vec3_add(middle, up)}};
+        CutOptions sweep = {.body = k / 3, .before = edge, .after = edge};
+        for (int e = 0; e < 2; e++) {
+            sweep.before.end[e] = vec3_add(edge.end[e], out);
+            sweep.after.end[e] = vec3_add(edge.end[e], vec3_scale(inner, out));
+        }
+        char why[SIM_EVENT_TEXT];
+        CutOutcome outcome;
+        any |= sim_apply_cut(sim, &sweep, &outcome, why, sizeof why);
+    }
+    return any;
+}
+
+// The same at rest of another world of the scene, refined or cut; 0: nothing of it can be, or it
+// cannot be built.
+static Duration measure_changed(const Scene *scene, const BuildOptions *options, bool cuts)
+{
+    Scene changed = *scene;
+    const size_t bytes = (size_t)scene->body_count * sizeof *changed.body;
+    changed.body = malloc(bytes);
+    ASSERT(changed.body != NULL);
+    memcpy(changed.body, scene->body, bytes);
+    bool may = !cuts && refine(&changed);
+    for (int i = 0; i < scene->body_count; i++)
+        may |= cuts && scene->body[i].options.cuttable;
     World world = {0};
     Status status = {0};
-    if (any && world_build(&world, &refined, options, &status) &&
-        realtime_start_team(world.team, false, &status))
+    Duration time = {0};
+    log_set_level(LOG_ERROR); // what it warns of was said of the first
+    if (may && world_build(&world, &changed, options, &status) &&
+        realtime_start_team(world.team, false, &status) && (!cuts || cut(world.sim)))
         time = measure(world.sim, -1, NULL, BUDGET);
-    if (any)
+    if (may)
         world_destroy(&world);
-    free(refined.body);
+    free(changed.body);
     return time;
 }
 
@@ -282,6 +323,22 @@ static int print_bodies(Sim *sim, FILE *out)
     return costliest;
 }
 
+// Prints what was measured of the whole scene, and returns the longest [s].
+static double print_times(const Duration time[KINDS], FILE *out)
+{
+    static const char *const kinds[KINDS] = {" at rest", " pressed by its tools",
+                                             " with all faces at the finest level",
+                                             " after three deep cuts"};
+    double most = 0.0;
+    fprintf(out, "time of a tick on this machine: ");
+    for (int k = 0; k < KINDS; k++) {
+        if (time[k].passed > 0.0)
+            print_duration(k > 0 ? ", " : "", &time[k], kinds[k], out);
+        most = fmax(most, time[k].busy);
+    }
+    return most;
+}
+
 bool explain_time(World *world, const Scene *scene, const BuildOptions *options, FILE *out,
                   Status *status)
 {
@@ -297,18 +354,13 @@ bool explain_time(World *world, const Scene *scene, const BuildOptions *options,
         realtime_pin_step(world->team, pthread_self());
         sim_set_lockstep(sim, true); // tools do not become stale
         // The whole scene last: what to do about it depends on the bodies.
-        const Duration rest = measure(sim, -1, NULL, BUDGET);
-        const bool presses = move_tools(sim, press, 0.0);
-        const Duration pressed = presses ? measure(sim, -1, press, BUDGET) : (Duration){0};
+        Duration time[KINDS] = {measure(sim, -1, NULL, BUDGET)};
+        if (move_tools(sim, press, 0.0))
+            time[PRESSED] = measure(sim, -1, press, BUDGET);
         const int costliest = print_bodies(sim, out);
-        const Duration refined = measure_refined(scene, options);
-        const double share = fmax(fmax(rest.busy, pressed.busy), refined.busy) / tick;
-        fprintf(out, "time of a tick on this machine: ");
-        print_duration("", &rest, " at rest", out);
-        if (presses)
-            print_duration(", ", &pressed, " pressed by its tools", out);
-        if (refined.passed > 0.0)
-            print_duration(", ", &refined, " with all faces at the finest level", out);
+        time[REFINED] = measure_changed(scene, options, false);
+        time[OPENED] = measure_changed(scene, options, true);
+        const double share = print_times(time, out) / tick;
         fprintf(out, ", of %.3g ms: %s", 1e3 * tick, verdict(share));
         if (share > FITS) {
             fprintf(out, ": ");

@@ -21,11 +21,11 @@
 
 // Prints bodies, tools and publishing of a valid scene.
 void explain_summary(World *world, const Scene *scene, FILE *out);
-// Measures ticks: at rest, pressed by the scene's tools, of each body alone, and with all faces of
-// adaptive bodies at their finest level; prints medians with a verdict against the tick, and what
-// to do about a scene that does not fit. Steps the world, which is of no use afterwards, and builds
-// another with `options`; a second at most, or eight ticks of each. Returns false with `status` if
-// a thread of the step did not start.
+// Measures ticks: at rest, pressed by the scene's tools, of each body alone, with all faces of
+// adaptive bodies at their finest level, and after cuts; prints medians with a verdict against the
+// tick, and what to do about a scene that does not fit. Steps the world, which is of no use
+// afterwards, and builds others with `options`; two seconds at most, or eight ticks of each.
+// Returns false with `status` if a thread of the step did not start.
 bool explain_time(World *world, const Scene *scene, const BuildOptions *options, FILE *out,
                   Status *status);
 // Prints pipeline stages, kernel variants, the bytes of every array, and each feature: enabled or

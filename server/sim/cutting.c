@@ -452,8 +452,8 @@ static double cost_of(const Sim *sim)
     return cost;
 }
 
-// Adds what a cut costs in every tick from now on, if that is much: small triangles at its edges
-// need short steps.
+// Adds what a cut costs in every tick from now on, if that is much: faces of the finest level along
+// it need short steps.
 static void describe_cost(double longer, char *why, size_t why_size)
 {
     static const double MUCH = 1.25; // less is lost in what counts estimate

@@ -214,6 +214,9 @@ TEST(the_time_of_a_tick_has_a_verdict)
         {"10.0", "42", "", ": fits\n"},
         {"10000.0", "10242", "material = { youngs_modulus_2d = 1e5; };", ": misses: try "},
         {"10.0", "42", "levels = 1; adapt = {};", "with all faces at the finest level, of 100 ms"},
+        {"100.0", "42", // a hundredth of its time, ten times that once it is cut
+         "levels = 4; cuttable = true; material = { youngs_modulus_2d = 2e4; };",
+         "after three deep cuts, of 10 ms: misses: try "},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[1024];
