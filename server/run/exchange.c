@@ -6,6 +6,7 @@
 #include "run/files_thread.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -230,31 +231,25 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     return frame->value; // the reader does not write
 }
 
-// Frames of one second: the time for which a busy disk or a checkpoint may block the files thread.
-static unsigned frames_waiting(double nodes_hz)
+// Returns a capacity for that many entries: a power of two within limits.
+static unsigned waiting(double count, unsigned least, unsigned most)
 {
-    unsigned frames = EXCHANGE_FRAMES_LEAST;
-    while (frames < EXCHANGE_FRAMES_MOST && (double)frames < nodes_hz)
-        frames *= 2;
-    return frames;
-}
-
-// The same for tools, whose samples of one second are small at any rate.
-static unsigned tools_waiting(double tools_hz)
-{
-    unsigned rows = EXCHANGE_FRAMES_LEAST;
-    while ((double)rows < tools_hz)
-        rows *= 2;
-    return rows;
+    unsigned entries = least;
+    while (entries < most && (double)entries < count)
+        entries *= 2;
+    return entries;
 }
 
 static void create_recording(Exchange *exchange, World *world, const ExchangeOptions *options)
 {
-    // Frames, and rows of tools if these have a rate of their own.
-    create_ring(&exchange->recorded, &world->arena, frames_waiting(options->nodes_hz),
+    // Frames of one second, the time for which a busy disk or a checkpoint may block the files
+    // thread; and rows of tools, which are small, if these have a rate of their own.
+    create_ring(&exchange->recorded, &world->arena,
+                waiting(options->nodes_hz, EXCHANGE_FRAMES_LEAST, EXCHANGE_FRAMES_MOST),
                 round_up(record_frame_bytes(world->sim)), "recorded");
     if (options->tools_hz > 0.0)
-        create_ring(&exchange->recorded_tools, &world->arena, tools_waiting(options->tools_hz),
+        create_ring(&exchange->recorded_tools, &world->arena,
+                    waiting(options->tools_hz, EXCHANGE_FRAMES_LEAST, UINT_MAX / 2),
                     round_up(record_tools_bytes(world->sim)), "recorded_tools");
     // Changed meshes, handed over before the frames that need them.
     exchange->recorded_mesh =
@@ -317,8 +312,11 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
     create_ring(&exchange->answer, arena, EXCHANGE_ANSWERS, sizeof(Answer), "answers");
     create_ring(&exchange->event, arena, EXCHANGE_EVENTS, sizeof(EventOut), "events");
     // Only the enabled files take memory.
-    if (options->logs_inputs)
-        create_ring(&exchange->applied, arena, EXCHANGE_APPLIED, sizeof(AppliedInput), "applied");
+    if (options->logs_inputs) // poses of four seconds: a log that lacks one repeats no run
+        create_ring(&exchange->applied, arena,
+                    waiting(4.0 * exchange->tool_count / sim_tick(sim), EXCHANGE_APPLIED_LEAST,
+                            EXCHANGE_APPLIED_MOST),
+                    sizeof(AppliedInput), "applied");
     if (options->checkpoints) {
         world_image_reserve(&exchange->image, &world->arena, world);
         create_ring(&exchange->written, arena, EXCHANGE_REQUESTS, sizeof(Answer), "written");

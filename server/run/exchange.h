@@ -102,7 +102,8 @@ enum {
     EXCHANGE_ANSWERS = 256,  // at least to all that wait, so that none is ever lost
     EXCHANGE_CONTACTS = 1024,
     EXCHANGE_EVENTS = 256,
-    EXCHANGE_APPLIED = 4096,
+    EXCHANGE_APPLIED_LEAST = 4096, // to be logged
+    EXCHANGE_APPLIED_MOST = 65536,
     EXCHANGE_CHECKPOINTS = 16, // requests that one checkpoint file answers
     EXCHANGE_FRAMES_LEAST = 8, // to be recorded
     EXCHANGE_FRAMES_MOST = 64,

@@ -59,6 +59,25 @@ static void check_log(FilesThread *files, int64_t step)
     tell(files, &event);
 }
 
+// Says at once, in the log as well, that inputs found no room: it repeats the run no longer.
+static bool mark_lack(FilesThread *files, int64_t step)
+{
+    const int64_t lost = atomic_load_explicit(&files->exchange->applied_lost, memory_order_relaxed);
+    if (lost == files->inputs_lacking)
+        return false;
+    EventOut event = {.step = step, .body = -1, .kind = "inputs"};
+    snprintf(
+        event.text, sizeof event.text,
+        "the log lacks %lld inputs so far, so it does not repeat the run: the disk is too slow",
+        (long long)lost);
+    if (files->inputs_lacking == 0)
+        log_line(LOG_WARNING, "%s", event.text);
+    files->inputs_lacking = lost;
+    input_log_lacks(files->log, step, lost);
+    tell(files, &event);
+    return true;
+}
+
 static void write_inputs(FilesThread *files)
 {
     if (files->log == NULL)
@@ -74,6 +93,7 @@ static void write_inputs(FilesThread *files)
         any = true;
     }
     // Make them permanent as far as the system can, once for all.
+    any |= mark_lack(files, step);
     if (any) {
         input_log_flush(files->log);
         check_log(files, step);

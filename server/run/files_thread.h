@@ -109,7 +109,7 @@ typedef struct FilesThread {
     int64_t step;           // of the newest frame
     bool recording_failed, log_failed;
     bool retries; // the last image was refused, and the next tick's is awaited
-    int64_t lost_reported, lost_reported_ns;
+    int64_t lost_reported, lost_reported_ns, inputs_lacking;
     // results
     int64_t checkpoints;
     Status status; // of the newest checkpoint, or of the log

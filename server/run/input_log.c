@@ -22,14 +22,29 @@ struct InputLogWriter {
     lcm_eventlog_t *log;
     char *path;
     InputLogHeader header;
-    bool failed;
-    int error; // errno of the first failure
+    off_t bytes;   // written, or waiting to be
+    char why[100]; // of the first failure; "": none
 };
 
-static void note_failure(InputLogWriter *writer)
+static void note_failure(InputLogWriter *writer, const char *why)
 {
-    writer->error = writer->failed ? writer->error : errno;
-    writer->failed = true;
+    if (writer->why[0] == '\0')
+        snprintf(writer->why, sizeof writer->why, "%s", why);
+}
+
+// Notices what other programs do to the file, since writing into one that has no name succeeds.
+// Writes append: after a truncation the file is shorter than what was written. Devices and pipes
+// have neither name nor size.
+static void check_place(InputLogWriter *writer)
+{
+    struct stat facts;
+    if (fstat(fileno(writer->log->f), &facts) != 0 || !S_ISREG(facts.st_mode))
+        return;
+    if (facts.st_nlink == 0)
+        note_failure(writer, "the file was removed");
+    else if (facts.st_size != writer->bytes)
+        note_failure(writer, facts.st_size < writer->bytes ? "the file was truncated"
+                                                           : "another program wrote there");
 }
 
 static bool write_event(InputLogWriter *writer, const char *channel, int64_t step, const void *data,
@@ -42,9 +57,11 @@ static bool write_event(InputLogWriter *writer, const char *channel, int64_t ste
                                   .datalen = (int32_t)size,
                                   .channel = name,
                                   .data = (void *)(uintptr_t)data};
-    if (!writer->failed && lcm_eventlog_write_event(writer->log, &event) != 0)
-        note_failure(writer);
-    return !writer->failed;
+    enum { EVENT_HEAD = 28 };
+    if (writer->why[0] == '\0' && lcm_eventlog_write_event(writer->log, &event) != 0)
+        note_failure(writer, strerror(errno));
+    writer->bytes += EVENT_HEAD + event.channellen + event.datalen;
+    return writer->why[0] == '\0';
 }
 
 static bool write_text(InputLogWriter *writer, int64_t step, const char *text)
@@ -85,7 +102,8 @@ static int claim(const char *path, Status *status)
     else
         is_free = true;
     // Devices, pipes and empty files are fine.
-    if (is_free && fcntl(fd, F_SETFL, O_WRONLY) == 0) // a pipe blocks until it has a reader
+    if (is_free &&
+        fcntl(fd, F_SETFL, O_WRONLY | O_APPEND) == 0) // a pipe blocks until it has a reader
         return fd;
     if (fd >= 0)
         close(fd);
@@ -147,22 +165,33 @@ bool input_log_write(InputLogWriter *writer, const AppliedInput *applied)
 
 void input_log_flush(InputLogWriter *writer)
 {
-    if (!writer->failed && fflush(writer->log->f) != 0)
-        note_failure(writer);
+    if (writer->why[0] != '\0')
+        return;
+    if (fflush(writer->log->f) != 0)
+        note_failure(writer, strerror(errno));
+    else
+        check_place(writer);
 }
 
 bool input_log_whole(const InputLogWriter *writer, Status *status)
 {
-    return !writer->failed ||
+    return writer->why[0] == '\0' ||
            status_fail(status, STATUS_FAILED, "%s: could not write every input: %s", writer->path,
-                       strerror(writer->error));
+                       writer->why);
 }
 
 void input_log_sync(InputLogWriter *writer)
 {
     input_log_flush(writer);
     if (fdatasync(fileno(writer->log->f)) != 0 && errno != EINVAL) // a pipe has no disk
-        writer->failed = true;
+        note_failure(writer, strerror(errno));
+}
+
+void input_log_lacks(InputLogWriter *writer, int64_t step, int64_t lost)
+{
+    char text[64];
+    snprintf(text, sizeof text, "lost = %lld\n", (long long)lost);
+    write_text(writer, step, text);
 }
 
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status)
@@ -327,12 +356,12 @@ bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, 
             return false;
         reader->has_event = false;
         const LogEvent *event = &reader->event;
-        // The end mark of an exact log.
+        // The end mark of an exact log, or a mark of what it lacks so far.
         if (reader->exact && strcmp(event->channel, CHANNEL) == 0) {
             char text[EVENT_LOG_DATA_MAX + 2];
             event_text(event, text);
-            reader->ended = find_integer(text, "step", &reader->end_step) &&
-                            find_integer(text, "lost", &reader->lost);
+            reader->ended = find_integer(text, "lost", &reader->lost) &&
+                            find_integer(text, "step", &reader->end_step);
             continue;
         }
         // The test message of lcm-logger may come first; it is not part of the recording.

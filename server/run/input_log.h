@@ -27,10 +27,13 @@ typedef struct InputLogWriter InputLogWriter;
 InputLogWriter *input_log_create(const char *path, const InputLogHeader *header, Status *status);
 // Returns false after a write error, which input_log_close reports.
 bool input_log_write(InputLogWriter *writer, const AppliedInput *applied);
+// Marks that `lost` inputs are missing so far: a run that is killed has no end mark to say so.
+void input_log_lacks(InputLogWriter *writer, int64_t step, int64_t lost);
+// Also notices if the file was removed, truncated or changed by another program.
 void input_log_flush(InputLogWriter *writer);
 // Flushes the file and syncs it to the disk.
 void input_log_sync(InputLogWriter *writer);
-// Returns false with `status` after any write error.
+// Returns false with `status` after any failure.
 bool input_log_whole(const InputLogWriter *writer, Status *status);
 // Ends the log of a run of `step` ticks, of whose inputs `lost` are missing. Destroys the writer.
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status);

@@ -155,6 +155,27 @@ TEST(a_second_daemon_leaves_the_log_of_the_first_alone)
     run_daemon_well(&second, "--duration 0.1 --log-inputs /dev/null %s", scene);
 }
 
+// What is written into a file without a name, or behind an end that was moved, is lost: the run
+// goes on, says so once, and ends with status 1.
+TEST(a_log_that_another_program_removes_or_truncates_is_missed)
+{
+    const char *scene = write_scene("missed.cfg", HEAD, PROBE_TOOL), *log = scratch("missed.log");
+    for (int removed = 0; removed < 2; removed++) {
+        unlink(log);
+        SCOPED_CLIENT Client *client = server_start(&pliantd, "--log-inputs %s %s", log, scene);
+        assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1")->ok);
+        wait_until(client, holds_something(log));
+        assert_int_equal(removed ? unlink(log) : truncate(log, 0), 0);
+        assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.2")->ok);
+        wait_until(client, saw_event(client, "inputs"));
+        assert_true(command(client, PLIANT_COMMAND_T_STOP, 0, "")->ok);
+        process_wait_for(&pliantd, 1);
+        expect_in(pliantd.err,
+                  removed ? "missed.log: could not write every input: the file was removed"
+                          : "missed.log: could not write every input: the file was truncated");
+    }
+}
+
 TEST(a_later_checkpoint_is_not_replaced)
 {
     const char *kept = scratch("later.h5"), *scene = write_scene("later.cfg", HEAD, "");
