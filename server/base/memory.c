@@ -3,12 +3,26 @@
 
 #include "base/check.h"
 #include "base/fnv.h"
+#include "base/log.h"
 
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+// Ends the program where memory is short: at load time nothing could go on without it, and it is no
+// fault of the program.
+static void *have(void *memory, size_t bytes, const char *what)
+{
+    if (memory != NULL)
+        return memory;
+    log_line(LOG_ERROR,
+             "%.3g MB of memory for %s are not to be had: raise the limit (ulimit -v, MemoryMax), "
+             "or take fewer nodes or cells",
+             (double)bytes * 1e-6, what);
+    exit(STATUS_INVALID);
+}
 
 // --- arena ---
 
@@ -17,25 +31,23 @@ void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, cons
     // The list of blocks doubles, so that adding stays cheap.
     if (arena->count == arena->capacity) {
         arena->capacity = arena->capacity == 0 ? 64 : 2 * arena->capacity;
-        arena->block = realloc(arena->block, (size_t)arena->capacity * sizeof *arena->block);
-        ASSERT(arena->block != NULL);
+        const size_t list = (size_t)arena->capacity * sizeof *arena->block;
+        arena->block = have(realloc(arena->block, list), list, "a list of arrays");
     }
     // Blocks begin at cache lines and have at least one; zero, so that runs repeat.
     ASSERT(size == 0 || count <= (SIZE_MAX - 64) / size);
     size_t bytes = count * size;
     size_t rounded = bytes == 0 ? 64 : (bytes + 63) / 64 * 64;
-    void *memory = aligned_alloc(64, rounded);
-    ASSERT(memory != NULL);
-    memset(memory, 0, rounded);
-
     // Remember the block under its name.
-    ArenaBlock *block = &arena->block[arena->count++];
-    *block = (ArenaBlock){.memory = memory, .bytes = bytes, .use = use};
+    ArenaBlock *block = &arena->block[arena->count];
+    *block = (ArenaBlock){.bytes = bytes, .use = use};
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(block->name, sizeof block->name, format, arguments);
     va_end(arguments);
-    return memory;
+    block->memory = have(aligned_alloc(64, rounded), rounded, block->name);
+    arena->count++;
+    return memset(block->memory, 0, rounded);
 }
 
 size_t arena_bytes(const Arena *arena)
@@ -70,8 +82,8 @@ static StateArray *append(StateList *list, void *memory, size_t bytes, const cha
 {
     if (list->count == list->capacity) {
         list->capacity = list->capacity == 0 ? 32 : 2 * list->capacity;
-        list->array = realloc(list->array, (size_t)list->capacity * sizeof *list->array);
-        ASSERT(list->array != NULL);
+        const size_t size = (size_t)list->capacity * sizeof *list->array;
+        list->array = have(realloc(list->array, size), size, "a list of arrays");
     }
     // The name comes last: only a name that is new makes it part of the list.
     StateArray *array = &list->array[list->count];

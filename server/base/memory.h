@@ -32,8 +32,8 @@ typedef struct Arena {
 } Arena;
 
 // Returns `count` zeroed elements of `size` bytes, 64-byte aligned, owned by the arena. Never NULL:
-// aborts when the machine is out of memory (the caller validates sizes). The name is "body/array",
-// truncated at 47 bytes.
+// ends the program with a sentence and exit code 2 when memory is short (the caller validates
+// sizes). The name is "body/array", truncated at 47 bytes.
 void *arena_allocate(Arena *arena, ArenaUse use, size_t count, size_t size, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
 // Returns `count` zeroed elements of `type` (a type, or an expression of it) as the array

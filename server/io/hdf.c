@@ -265,7 +265,7 @@ bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status
         return true;
     // Anything else stays as it is.
     hdf_close(file);
-    return status_fail(status, STATUS_INVALID, "%.400s: it is not replaced", why.text);
+    return status_fail(status, why.code, "%.400s: it is not replaced", why.text);
 }
 
 // --- the child process ---------------------------------------------------------------------------

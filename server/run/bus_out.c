@@ -36,6 +36,8 @@ void bus_create_streams(Bus *bus, Arena *arena)
     // For the whole run: nothing is allocated later.
     bus->body =
         arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *bus->body, "run/body_streams");
+    bus->body_status = arena_allocate(arena, ARENA_OUTPUT, (size_t)bodies, sizeof *bus->body_status,
+                                      "run/body_status");
     for (int i = 0; i < bodies; i++) {
         bus_create_mesh_stream(bus, i, arena);
         bus_create_rest_stream(bus, i, arena);
@@ -404,10 +406,7 @@ void bus_send_status(Bus *bus, bool fresh)
     char *stage[STAGE_COUNT], *reason[REASONS];
     double stage_us[STAGE_COUNT];
     int64_t count[REASONS];
-    int bodies = sim_body_count(bus->sim);
-    pliant_body_status_t *body = calloc((size_t)bodies + 1, sizeof *body);
-    ASSERT(body != NULL);
-    fill_bodies(bus, body);
+    fill_bodies(bus, bus->body_status);
     pliant_status_t message = {.utime = clock_utime(),
                                .sequence = (int32_t)++bus->channel[OUT_STATUS]->sequence,
                                .scene = (char *)(uintptr_t)bus->scene->name,
@@ -422,8 +421,8 @@ void bus_send_status(Bus *bus, bool fresh)
                                .num_stages = fill_stages(bus, stage, stage_us),
                                .stage = stage,
                                .stage_us = stage_us,
-                               .num_bodies = bodies,
-                               .body = body,
+                               .num_bodies = sim_body_count(bus->sim),
+                               .body = bus->body_status,
                                .num_reasons = fill_reasons(bus, reason, count),
                                .reason = reason,
                                .count = count};
@@ -436,7 +435,6 @@ void bus_send_status(Bus *bus, bool fresh)
     // Remember the time stamp, by which bus_claim.c tells our statuses from a rival's.
     bus->own_status[bus->channel[OUT_STATUS]->sequence % OWN_STATUSES] = message.utime;
     bus_publish(bus, OUT_STATUS, 0, &message);
-    free(body);
     send_hello(bus);
 }
 

@@ -182,6 +182,7 @@ struct Bus {
 
     // out
     BodyStream *body;
+    pliant_body_status_t *body_status; // scratch
     int64_t next_mesh_ns, next_status_ns, status_reported_ns;
     OutChannel *channel[OUT_KINDS];   // [1, bodies or tools]
     MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes

@@ -13,6 +13,8 @@
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 // ---------------------------------------------------------------------------------------------
 // Slot
@@ -265,6 +267,31 @@ TEST(arena_gives_zeroed_aligned_memory_and_counts_it)
     assert_string_equal(arena.block[12].name, "body12/array");
     arena_destroy(&arena);
     assert_int_equal(arena_bytes(&arena), 0);
+}
+
+// Memory that the machine does not have ends the program with a sentence, as anything else from
+// outside. The sanitizers end it themselves.
+TEST(memory_that_is_not_to_be_had_is_no_fault_of_the_program)
+{
+    char said[400] = "";
+    int out[2], code = 0;
+    assert_int_equal(pipe(out), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        dup2(out[1], STDERR_FILENO);
+        Arena arena = {0};
+        arena_allocate(&arena, ARENA_STEP, (size_t)1 << 40, (size_t)1 << 20, "body/array");
+        _exit(0);
+    }
+    close(out[1]);
+    assert_int_equal(waitpid(child, &code, 0), child);
+    assert_true(read(out[0], said, sizeof said - 1) > 0);
+    close(out[0]);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+    assert_true(WIFEXITED(code));
+    assert_int_equal(WEXITSTATUS(code), STATUS_INVALID);
+    assert_non_null(strstr(said, "MB of memory for body/array are not to be had"));
+#endif
 }
 
 TEST(arena_cuts_long_names)

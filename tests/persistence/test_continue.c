@@ -217,6 +217,8 @@ TEST(a_checkpoint_that_another_program_has_locked_is_no_damage)
     assert_int_equal(flock(fd, LOCK_EX), 0);
     run_daemon(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
     expect_ended(&pliantd, 1, "another program is writing it");
+    run_daemon(&pliantd, "--offline 0.2 --checkpoint %s %s", kept, scene);
+    expect_ended(&pliantd, 1, "another program is writing it: it is not replaced");
     close(fd);
     run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
 }
