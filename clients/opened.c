@@ -9,7 +9,8 @@ static void end(void *client)
 
 PliantClient *program_open(const PliantOptions *options, PliantError *error)
 {
-    PliantClient *client = pliant_open(options, error);
+    const bool there = program_await_network(options->url, error);
+    PliantClient *client = there ? pliant_open(options, error) : NULL;
     if (client)
         program_stops(end, client);
     return client;

@@ -2,6 +2,8 @@
 // Shared by the client programs. One thread.
 #include "program.h"
 
+#include "receiver.h"
+
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -106,6 +108,24 @@ bool program_stops(void (*end)(void *client), void *client)
     // A signal may have come before.
     if (end && program_stopped())
         end(client);
+    return true;
+}
+
+bool program_await_network(const char *url, PliantError *error)
+{
+    Network network;
+    char why[RECEIVER_WHY_MAX];
+    if (!network_read(&network, url, why))
+        return program_fail(error, "%s", why);
+    for (bool said = false; !network_has_route(&network, why); said = true) {
+        if (!said)
+            fprintf(stderr, "waiting for a network: %s\n", why);
+        // Not woken by a signal in between, it would sleep on.
+        for (int k = 0; k < 10 && !program_stopped(); k++)
+            nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+        if (program_stopped())
+            return program_fail(error, "interrupted");
+    }
     return true;
 }
 

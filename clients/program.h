@@ -40,7 +40,10 @@ bool program_stopped(void);
 // NULL: none any more. Returns true.
 bool program_stops(void (*end)(void *client), void *client);
 
-// Connects a client that such a signal stops, and closes it.
+// Waits until there is a network for the URL (NULL: as PliantOptions), which may come later; says
+// so once. Returns false with `error` for a bad URL, or if such a signal comes.
+bool program_await_network(const char *url, PliantError *error);
+// Connects a client that such a signal stops, and closes it; waits for a network.
 PliantClient *program_open(const PliantOptions *options, PliantError *error);
 void program_close(PliantClient *client); // NULL is allowed
 

@@ -104,22 +104,39 @@ static struct sockaddr_in group_address(const Network *network)
                                 .sin_port = htons(network->port)};
 }
 
-// Reads an option; like liblcm, takes the last of several.
-static int read_option(const char *options, const char *name, long low, long high)
+// Finds the value of an option, NULL without; like liblcm, takes the last of several.
+static const char *find_option(const char *options, const char *name)
 {
-    long value = 0;
+    const char *value = NULL;
     size_t length = strlen(name);
     for (const char *at = options; at != NULL; at = strchr(at, '&')) {
         at += *at == '&' || *at == '?';
         if (strncmp(at, name, length) == 0 && at[length] == '=')
-            value = strtol(at + length + 1, NULL, 0);
+            value = at + length + 1;
     }
+    return value;
+}
+
+static int read_option(const char *options, const char *name, long low, long high)
+{
+    const char *text = find_option(options, name);
+    long value = text != NULL ? strtol(text, NULL, 0) : 0;
     return (int)(value < low ? low : value > high ? high : value);
+}
+
+static bool read_interface(const char *options, Network *network)
+{
+    const char *text = find_option(options, "interface");
+    const size_t length = text != NULL ? strcspn(text, "&") : 0;
+    if (length >= sizeof network->interface)
+        return false;
+    memcpy(network->interface, text != NULL ? text : "", length);
+    return text == NULL || length > 0;
 }
 
 bool network_read(Network *network, const char *url, char *why)
 {
-    *network = (Network){0};
+    *network = (Network){.sender = -1};
     if (url == NULL || url[0] == '\0')
         url = getenv("LCM_DEFAULT_URL");
     if (url == NULL || url[0] == '\0')
@@ -141,10 +158,38 @@ bool network_read(Network *network, const char *url, char *why)
                     url);
     network->ttl = read_option(strchr(text, '?'), "ttl", 0, 255);
     network->receive_bytes = read_option(strchr(text, '?'), "recv_buf_size", 0, INT32_MAX);
-    return true;
+    return read_interface(strchr(text, '?'), network) ||
+           fail(why, "LCM URL '%.255s': interface is a name or an address of this machine", url);
 }
 
 // Connects a datagram socket, which sends nothing but needs a route.
+static bool reaches(int fd, const Network *network)
+{
+    const struct sockaddr_in group = group_address(network);
+    return connect(fd, (const struct sockaddr *)&group, sizeof group) == 0;
+}
+
+// The group on the interface of the URL, or of the route; on none, which the kernel refuses, while
+// there is no such interface.
+static struct ip_mreqn membership(const Network *network)
+{
+    struct ip_mreqn group = {.imr_multiaddr = group_address(network).sin_addr};
+    if (network->interface[0] == '\0' ||
+        inet_pton(AF_INET, network->interface, &group.imr_address) == 1)
+        return group;
+    const unsigned index = if_nametoindex(network->interface);
+    group.imr_ifindex = index > 0 ? (int)index : -1;
+    return group;
+}
+
+// Has a socket send over the interface of the URL.
+static bool aim(int fd, const Network *network)
+{
+    const struct ip_mreqn group = membership(network);
+    return network->interface[0] == '\0' ||
+           setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &group, sizeof group) == 0;
+}
+
 bool network_has_route(const Network *network, char *why)
 {
     if (!network->udpm)
@@ -152,17 +197,66 @@ bool network_has_route(const Network *network, char *why)
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0)
         return true; // no decision here; the next step will fail
-    const struct sockaddr_in group = group_address(network);
-    bool routed = connect(fd, (const struct sockaddr *)&group, sizeof group) == 0;
+    // liblcm needs a route also where we choose the interface.
+    const bool routed = reaches(fd, network),
+               whole = routed && aim(fd, network) && reaches(fd, network);
     close(fd);
+    if (routed && !whole)
+        return fail(why,
+                    "no interface '%s' that is up, as the LCM URL names: 'ip address' lists names "
+                    "and addresses",
+                    network->interface);
     if (!routed)
         return fail(why,
                     "no route for multicast to %s; for messages on this machine only, as root: "
                     "ip link set lo up; ip link set lo multicast on; ip route add 224.0.0.0/4 dev "
                     "lo (or another --lcm-url: one with ttl=1 over an interface that has such a "
                     "route, or tcpq://HOST:PORT with LCM's Java server: slow, not for control)",
-                    inet_ntoa(group.sin_addr));
+                    inet_ntoa(group_address(network).sin_addr));
     return true;
+}
+
+enum { FILES = 1024 };
+
+// True for liblcm's socket that sends multicast, and has not yet.
+static bool is_sender(int fd)
+{
+    int type = 0;
+    struct sockaddr_in own;
+    socklen_t size = sizeof type, own_size = sizeof own;
+    return getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_DGRAM &&
+           getsockname(fd, (struct sockaddr *)&own, &own_size) == 0 && own.sin_family == AF_INET &&
+           own.sin_port == 0;
+}
+
+// liblcm neither takes an interface nor shows its socket: it is the one that is there afterwards
+// and was not before.
+static lcm_t *open_aimed(Network *network)
+{
+    char url[64];
+    bool before[FILES];
+    for (int fd = 0; fd < FILES; fd++)
+        before[fd] = is_sender(fd);
+    snprintf(url, sizeof url, "udpm://%s:%u?ttl=%d", inet_ntoa(group_address(network).sin_addr),
+             network->port, network->ttl);
+    lcm_t *lcm = lcm_create(url);
+    for (int fd = 0; fd < FILES && lcm != NULL; fd++)
+        if (!before[fd] && is_sender(fd) && aim(fd, network))
+            network->sender = fd;
+    if (lcm != NULL && network->sender < 0) {
+        lcm_destroy(lcm);
+        lcm = NULL;
+    }
+    return lcm;
+}
+
+lcm_t *network_open(Network *network, char *why)
+{
+    const bool chosen = network->udpm && network->interface[0] != '\0';
+    lcm_t *lcm = chosen ? open_aimed(network) : lcm_create(network->url);
+    if (lcm == NULL)
+        fail(why, "LCM cannot open '%.255s'", network->url);
+    return lcm;
 }
 
 // --- packets ---
@@ -258,7 +352,7 @@ static bool join(Receiver *receiver, const Network *network, char *why)
     // Only from the interface of the group's route, not from all on which any program joined it.
     setsockopt(fd, IPPROTO_IP, IP_MULTICAST_ALL, &off, sizeof off);
     const struct sockaddr_in address = group_address(network);
-    const struct ip_mreqn group = {.imr_multiaddr = address.sin_addr};
+    const struct ip_mreqn group = membership(network);
     if (bind(fd, (const struct sockaddr *)&address, sizeof address) != 0)
         return fail(why, "cannot listen to the group and port of the LCM URL: %s", strerror(errno));
     if (setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) != 0)
@@ -306,12 +400,14 @@ void receiver_follow(Receiver *receiver)
         return;
     receiver->looked_ns = now;
     // Joins on the interface of the route; on one where we are already the kernel refuses.
-    const struct ip_mreqn group = {.imr_multiaddr = group_address(&receiver->network).sin_addr};
+    const struct ip_mreqn group = membership(&receiver->network);
     const bool joined =
         setsockopt(receiver->socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0;
     const bool routed = joined || errno != ENODEV, moved = joined && join_again(receiver);
     if (joined && !moved) // no file for it: the next look must find the group to be joined
         setsockopt(receiver->socket, IPPROTO_IP, IP_DROP_MEMBERSHIP, &group, sizeof group);
+    if (moved && receiver->network.sender >= 0)
+        aim(receiver->network.sender, &receiver->network);
     if (moved)
         read_own(receiver); // this host may have lost the addresses that it had
     if (moved || routed == receiver->unrouted)

@@ -26,15 +26,20 @@ typedef struct Network {
     bool udpm;      // false: a URL of liblcm's other providers, and no more is known
     uint32_t group; // address and port, in this machine's byte order
     uint16_t port;
-    int ttl;           // 0: messages stay on this host
+    int ttl;            // 0: messages stay on this host
+    char interface[32]; // its name or address; "": that of the route to the group
+    int sender; // the socket of what network_open returned, if an interface was chosen; else -1
     int receive_bytes; // recv_buf_size: the socket's buffer [bytes]; 0: not given
 } Network;
 
 // Reads `url` (NULL or "": LCM_DEFAULT_URL, else LCM's default). Returns false with a sentence of
 // at most RECEIVER_WHY_MAX bytes that says what to do.
 bool network_read(Network *network, const char *url, char *why);
-// Returns false with a sentence if this machine has no route to the group.
+// Returns false with a sentence if this machine has no route to the group, or not the interface.
 bool network_has_route(const Network *network, char *why);
+// Opens liblcm for sending, over the interface of the URL. Needs a route. Returns NULL with a
+// sentence on failure.
+lcm_t *network_open(Network *network, char *why);
 
 typedef enum Drop {
     DROP_MALFORMED, // not an LCM packet
@@ -60,8 +65,8 @@ enum { RECEIVER_FOLLOW_MS = 500 }; // between two looks at the route
 typedef struct Receiver Receiver;
 typedef struct ReceiverSubscription ReceiverSubscription;
 
-// Joins the group and sends itself a packet, which must come back within two seconds. `lcm` has the
-// same URL, publishes, and outlives the receiver. Returns NULL with a sentence on failure.
+// Joins the group and sends itself a packet, which must come back within two seconds. `lcm` is that
+// of network_open, publishes, and outlives the receiver. Returns NULL with a sentence on failure.
 Receiver *receiver_create(lcm_t *lcm, const Network *network, const ReceiverOptions *options,
                           char *why);
 void receiver_destroy(Receiver *receiver);

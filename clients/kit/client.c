@@ -40,9 +40,9 @@ static bool join(Client *client, const char *url, PliantError *error)
         return client_fail(error, "%s", why);
     const bool near = network.udpm && network.ttl == 0;
     snprintf(client->url, sizeof client->url, "%s%s", network.url, near ? NEAR_ONLY : "");
-    client->lcm = lcm_create(network.url);
+    client->lcm = network_open(&network, why);
     if (!client->lcm)
-        return client_fail(error, "--lcm-url %s: LCM cannot open it", client->url);
+        return client_fail(error, "--lcm-url: %s", why);
     // A client whose messages stay on this host cannot talk to a daemon on another one.
     const ReceiverOptions options = {.receive_bytes = CLIENT_RECEIVE_BYTES,
                                      .remote = network.ttl > 0};

@@ -777,7 +777,8 @@ static int play_files(Play *play, const Options *options)
         client_fail(&error, "%s", status.text);
         return fail(&error, 2);
     }
-    if (!client_connect(&play->client, &options->client, &error) ||
+    if (!program_await_network(options->client.url, &error) ||
+        !client_connect(&play->client, &options->client, &error) ||
         !program_stops(client_stop, &play->client) ||
         !hold_take(&play->hold, &play->client, &error) || !subscribe(play, &error))
         return fail(&error, 2);

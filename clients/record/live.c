@@ -262,7 +262,8 @@ bool live_record(const LiveOptions *options, PliantError *error)
     intake_create(&live->intake, &options->intake, &live->writer.queue);
     live->intake.survey.wanted = options->body;
     live->intake.survey.wanted_count = options->body_count;
-    bool ok = client_connect(&live->client, &options->client, error) &&
+    bool ok = program_await_network(options->client.url, error) &&
+              client_connect(&live->client, &options->client, error) &&
               program_stops(client_stop, &live->client) && record(live, error);
     program_stops(NULL, NULL);
     client_disconnect(&live->client);

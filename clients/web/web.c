@@ -272,6 +272,7 @@ int main(int argc, char **argv)
 
     PliantError error = {0};
     bool ok = prepare(&options, &site, &error) &&
+              program_await_network(options.client.url, &error) &&
               client_connect(&client, &options.client, &error) &&
               program_stops(client_stop, &client) && run(&options, &client, &site, &error);
     if (!ok)

@@ -2,6 +2,7 @@
 #include "run/bus_parts.h"
 
 #include "base/clock.h"
+#include "base/log.h"
 
 #include "pliant_lcmtypes.h"
 
@@ -66,7 +67,21 @@ void bus_publish(Bus *bus, Out kind, int index, const void *message)
 
 // --- start ---
 
-static bool join_network(Bus *bus, const char *url, Status *status)
+// The network may come after us. The signals end the daemon meanwhile, as while it loads.
+static void await_route(const Bus *bus, const Network *network, const sigset_t *signals)
+{
+    char why[RECEIVER_WHY_MAX];
+    for (bool said = false; !network_has_route(network, why); said = true) {
+        if (!said)
+            log_line(LOG_WARNING, "waiting for a network: %s", why);
+        service_notify(bus->service, "EXTEND_TIMEOUT_USEC=60000000\nSTATUS=waiting: %s", why);
+        pthread_sigmask(SIG_UNBLOCK, signals, NULL);
+        nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
+        pthread_sigmask(SIG_BLOCK, signals, NULL);
+    }
+}
+
+static bool join_network(Bus *bus, const char *url, const sigset_t *signals, Status *status)
 {
     Network network;
     char why[RECEIVER_WHY_MAX];
@@ -77,13 +92,11 @@ static bool join_network(Bus *bus, const char *url, Status *status)
         return status_fail(status, STATUS_INVALID,
                            "LCM URL '%s': a log is applied with --input LOG --offline SECONDS",
                            network.url);
-    // Without a route lcm_create would fail with a useless address.
-    if (!network_has_route(&network, why))
-        return status_fail(status, STATUS_FAILED, "%s", why);
+    await_route(bus, &network, signals);
     // One LCM object publishes, the receiver hears.
-    bus->lcm = lcm_create(network.url);
+    bus->lcm = network_open(&network, why);
     if (bus->lcm == NULL)
-        return status_fail(status, STATUS_FAILED, "LCM cannot use '%s'", network.url);
+        return status_fail(status, STATUS_FAILED, "%s", why);
     return bus_listen(bus, &network, status) && bus_claim(bus, network.url, status) &&
            bus_subscribe(bus, status);
 }
@@ -100,11 +113,12 @@ Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange)
     return bus;
 }
 
-bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status)
+bool bus_connect(Bus *bus, const BusOptions *options, Status *status)
 {
-    bus->describe = describe;
-    const char *url = lcm_url != NULL ? lcm_url : bus->scene->lcm_url;
-    return join_network(bus, url, status);
+    bus->describe = options->describe;
+    bus->service = options->service;
+    const char *url = options->lcm_url != NULL ? options->lcm_url : bus->scene->lcm_url;
+    return join_network(bus, url, options->signals, status);
 }
 
 // --- the thread ---
@@ -162,9 +176,8 @@ static void *bus_main(void *argument)
     return NULL;
 }
 
-bool bus_start(Bus *bus, Service *service, Status *status)
+bool bus_start(Bus *bus, Status *status)
 {
-    bus->service = service;
     int error = pthread_create(&bus->thread, NULL, bus_main, bus);
     if (error != 0)
         return status_fail(status, STATUS_FAILED, "cannot start the bus thread: %s",

@@ -9,6 +9,7 @@
 #include "run/exchange.h"
 #include "scene/scene.h"
 
+#include <signal.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -59,11 +60,17 @@ typedef struct BusCounts {
 
 // Allocates all memory of the bus from the world's arena. The arguments outlive the bus. Load time.
 Bus *bus_reserve(World *world, const Scene *scene, Exchange *exchange);
-// Connects, refuses an output prefix that another daemon uses, and subscribes. `describe` is the
-// answer to DESCRIBE. Main thread. Returns false with `status` on failure.
-bool bus_connect(Bus *bus, const char *describe, const char *lcm_url, Status *status);
-// Starts the thread "pliant-bus", which reports the state of the run to `service`.
-bool bus_start(Bus *bus, Service *service, Status *status);
+typedef struct BusOptions {
+    const char *describe, *lcm_url; // the answer to DESCRIBE; NULL: the scene's URL
+    Service *service;               // hears the state of the run
+    const sigset_t *signals;        // unblocked while there is no network
+} BusOptions;
+
+// Waits for a network, connects, refuses an output prefix that another daemon uses, and subscribes.
+// Main thread. Returns false with `status` on failure.
+bool bus_connect(Bus *bus, const BusOptions *options, Status *status);
+// Starts the thread "pliant-bus".
+bool bus_start(Bus *bus, Status *status);
 // Publishes what the other threads have left and ends; call after they have ended.
 void bus_stop(Bus *bus);
 // True if the bus ended the run because another daemon has held the prefix for longer. Valid after

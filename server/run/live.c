@@ -70,7 +70,11 @@ static bool prepare(Live *live, Status *status)
     // The answer to DESCRIBE is made once: it never changes.
     live->describe = explain_describe(live->world, live->scene);
     // Claim the files last, after the prefix, so that a daemon that fails to start touches none.
-    return bus_connect(live->bus, live->describe, options->lcm_url, status) &&
+    const BusOptions bus = {.describe = live->describe,
+                            .lcm_url = options->lcm_url,
+                            .service = &live->service,
+                            .signals = &options->signals};
+    return bus_connect(live->bus, &bus, status) &&
            (!live->exchange.checkpoints ||
             checkpoint_claim(&live->files.checkpoint, options->checkpoint_path, live->world,
                              status)) &&
@@ -195,7 +199,7 @@ static bool run(Live *live, Status *status)
     bool with_files = live->options->checkpoint_path != NULL || live->files.log != NULL ||
                       live->files.recorder != NULL;
     // The bus first, so that the step thread's results have a receiver.
-    if (!bus_start(live->bus, &live->service, status))
+    if (!bus_start(live->bus, status))
         return false;
     bool whole = !with_files || files_thread_start(&live->files, status);
     if (whole && loop_start(&live->loop, status)) {

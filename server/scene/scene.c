@@ -71,7 +71,8 @@ static const Option SCENE_OPTIONS[] = {
      .about = "First part of the name of every channel to which the daemon listens; several "
               "daemons may share it."},
     {"lcm_url", OPTION_STRING, AT(lcm_url), "", .low = 1, .high = 255, .preset_text = "LCM's own",
-     .about = "LCM network, unless the command line names one."},
+     .about = "LCM network, unless the command line names one. `&interface=eth1` (a name or an "
+              "address) in it chooses the interface."},
     {"remote", OPTION_BOOL, AT(scene.remote), "",
      .about = "Whether messages from other hosts are accepted; otherwise only those of programs on "
               "this host are, and others are refused. Replies to other hosts require an `lcm_url` "

@@ -34,6 +34,20 @@ TEST(the_url_is_the_option_else_the_environment_else_lcms_own)
     unsetenv("LCM_DEFAULT_URL");
 }
 
+TEST(an_interface_of_the_url_is_a_name_or_an_address)
+{
+    char why[RECEIVER_WHY_MAX];
+    Network network;
+    assert_true(network_read(&network, "udpm://239.1.1.1:9000?interface=lo&ttl=1", why));
+    assert_string_equal(network.interface, "lo");
+    assert_true(network_read(&network, "udpm://239.1.1.1:9000?ttl=1&interface=10.0.0.7", why));
+    assert_string_equal(network.interface, "10.0.0.7");
+    assert_false(network_read(&network, "udpm://239.1.1.1:9000?interface=&ttl=1", why));
+    expect_in(why, "a name or an address");
+    assert_false(network_read(
+        &network, "udpm://239.1.1.1:9000?interface=a-name-that-no-interface-can-have", why));
+}
+
 TEST(url_that_does_not_fit_is_refused)
 {
     char url[300] = "udpm://", why[RECEIVER_WHY_MAX];

@@ -167,13 +167,3 @@ TEST(a_daemon_runs_without_a_network)
                     write_scene("memq.cfg", "", ""));
     expect_at_least((double)printed(&pliantd, "ticks"), 1.0);
 }
-
-TEST(no_route_is_explained)
-{
-    // The group's network is routed away for this daemon only.
-    assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
-    run_daemon(&pliantd, "--duration 1 %s", write_scene("route.cfg", "", ""));
-    assert_int_equal(system("ip route add 224.0.0.0/4 dev lo"), 0);
-    expect_ended(&pliantd, 1, "ip route add 224.0.0.0/4 dev lo");
-    assert_null(strchr(strchr(pliantd.err, '\n') + 1, '\n'));
-}

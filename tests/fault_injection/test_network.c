@@ -19,7 +19,7 @@ static const double PATIENCE_S = 60.0;
 static const char ADD[] = "ip link add d0 type veth peer name d1 && ip link set d1 up && "
                           "ip link set d0 up multicast on && ip addr add 10.9.9.1/24 dev d0 && "
                           "ip route replace 224.0.0.0/4 dev d0";
-static const char REMOVE[] = "ip link del d0";
+#define REMOVE "ip link del d0"
 
 static void run(const char *command)
 {
@@ -32,6 +32,15 @@ static int64_t utime(void)
     struct timespec t;
     clock_gettime(CLOCK_REALTIME, &t);
     return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
+}
+
+static PliantClient *connect_to(const PliantOptions *options)
+{
+    PliantError error;
+    PliantClient *client = pliant_open(options, &error);
+    if (client == NULL)
+        fail_msg("%s", error.text);
+    return client;
 }
 
 // Holds the tool in the body until a contact comes that was computed with a pose of after this
@@ -68,9 +77,10 @@ static void wait_for_line(const Process *process, const char *text)
     for (const double limit = pliant_now() + PATIENCE_S; pliant_now() < limit;) {
         char said[4096] = "";
         FILE *file = fopen(process_errors(process), "r");
-        assert_non_null(file);
-        said[fread(said, 1, sizeof said - 1, file)] = '\0';
-        fclose(file);
+        if (file != NULL) { // else the program has not begun
+            said[fread(said, 1, sizeof said - 1, file)] = '\0';
+            fclose(file);
+        }
         if (strstr(said, text) != NULL)
             return;
         nanosleep(&(struct timespec){.tv_nsec = 20000000}, NULL);
@@ -78,15 +88,97 @@ static void wait_for_line(const Process *process, const char *text)
     fail_msg("the daemon does not say '%s'", text);
 }
 
+static const char SCENE[] =
+    "rate_hz = 500.0; publish = { nodes_hz = 50.0; contact_hz = 100.0; status_hz = 20.0; };";
+
+TEST(a_server_and_a_program_that_start_before_the_network_wait_for_it)
+{
+    Process monitor;
+    run("ip route del 224.0.0.0/4 dev lo");
+    daemon_start(&pliantd, "%s", write_scene("late.cfg", SCENE, PROBE_TOOL));
+    process_start(&monitor, program_path("pliant-monitor"), "--once");
+    wait_for_line(&pliantd, "waiting for a network: no route for multicast to 239.255.76.67");
+    wait_for_line(&pliantd, "ip route add 224.0.0.0/4 dev lo"); // what to do
+    wait_for_line(&monitor, "waiting for a network: no route");
+    run("ip route add 224.0.0.0/4 dev lo");
+    process_wait_for(&monitor, 0);
+    expect_printed(&monitor, "sphere");
+    process_end(&pliantd);
+    // Said once, however often it was looked for.
+    const char *said = strstr(pliantd.err, "waiting for a network");
+    assert_null(strstr(said + 1, "waiting for a network"));
+}
+
+TEST(a_server_that_waits_for_a_network_ends_by_a_signal)
+{
+    run("ip route del 224.0.0.0/4 dev lo");
+    daemon_start(&pliantd, "%s", write_scene("ends.cfg", SCENE, PROBE_TOOL));
+    wait_for_line(&pliantd, "waiting for a network");
+    process_finish(&pliantd, SIGTERM);
+    assert_int_equal(pliantd.code, 1000 + SIGTERM); // as while it loads
+    run("ip route add 224.0.0.0/4 dev lo");
+}
+
+// Packets that came to a device, as its other end counts what was sent.
+static long long received_by(const char *device)
+{
+    char line[256];
+    long long count = -1;
+    FILE *file = fopen("/proc/net/dev", "r");
+    assert_non_null(file);
+    while (fgets(line, sizeof line, file) != NULL) {
+        const char *name = strstr(line, device);
+        if (name != NULL && name[strlen(device)] == ':')
+            assert_int_equal(sscanf(name + strlen(device) + 1, "%*s %lld", &count), 1);
+    }
+    fclose(file);
+    return count;
+}
+
+TEST(a_url_chooses_the_interface_by_name_or_by_address)
+{
+    // The route leads to one interface, the URL to another, whose other end counts packets.
+    run(ADD);
+    run("ip link add u0 type veth peer name u1 && ip link set u1 up && ip link set u0 up multicast "
+        "on && "
+        "ip addr add 10.9.8.1/24 dev u0 && ip route replace 224.0.0.0/4 dev u0");
+    daemon_start(&pliantd, "--lcm-url 'udpm://239.255.76.67:7667?ttl=1&interface=d0' %s",
+                 write_scene("chosen.cfg", SCENE, PROBE_TOOL));
+    const PliantOptions by_address = {.url = "udpm://239.255.76.67:7667?interface=10.9.9.1&ttl=1"};
+    PliantClient *client = connect_to(&by_address), *other = connect_to(NULL);
+    touch(client);
+    expect_at_least((double)received_by("d1"), 10.0); // ten statuses alone are half a second
+    // One at the route's end hears nothing, though the daemon speaks all the time.
+    assert_false(pliant_wait_status(other, 0.5));
+    // Replaced by another of the same name and address, both follow.
+    run(REMOVE);
+    run(ADD);
+    run("ip route replace 224.0.0.0/4 dev u0");
+    touch(client);
+    pliant_close(other);
+    pliant_close(client);
+    process_end(&pliantd);
+    run(REMOVE " && ip link del u0 && ip route add 224.0.0.0/4 dev lo");
+}
+
+TEST(a_server_waits_for_the_interface_of_its_url)
+{
+    daemon_start(&pliantd, "--lcm-url 'udpm://239.255.76.67:7667?interface=d0' %s",
+                 write_scene("absent.cfg", SCENE, PROBE_TOOL));
+    wait_for_line(&pliantd, "no interface 'd0' that is up");
+    run(ADD);
+    const PliantOptions there = {.url = "udpm://239.255.76.67:7667?interface=d0"};
+    PliantClient *client = connect_to(&there);
+    touch(client);
+    pliant_close(client);
+    process_end(&pliantd);
+    run(REMOVE " && ip route add 224.0.0.0/4 dev lo");
+}
+
 TEST(a_network_that_moves_goes_and_returns_is_followed)
 {
-    daemon_start(&pliantd, "%s",
-                 write_scene("network.cfg",
-                             "rate_hz = 500.0; publish = { nodes_hz = 50.0; contact_hz = 100.0; "
-                             "status_hz = 20.0; };",
-                             PROBE_TOOL));
-    PliantClient *client = pliant_open(NULL, NULL);
-    assert_non_null(client);
+    daemon_start(&pliantd, "%s", write_scene("network.cfg", SCENE, PROBE_TOOL));
+    PliantClient *client = connect_to(NULL);
     touch(client);
     // From the loopback device to another one.
     run(ADD);

@@ -383,7 +383,9 @@ static Rig *rig_begin(bool adapts, double mesh_hz)
     exchange_create(&rig->exchange, &rig->world, &exchange);
     Status status = {0};
     rig->bus = bus_reserve(&rig->world, scene, &rig->exchange);
-    expect_ok(bus_connect(rig->bus, "a rig", "memq://", &status), status);
+    expect_ok(
+        bus_connect(rig->bus, &(BusOptions){.describe = "a rig", .lcm_url = "memq://"}, &status),
+        status);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_toy", on_mesh, rig);
     lcm_subscribe(rig->bus->lcm, "RIG_MESH_DELTA_toy", on_delta, rig);
     lcm_subscribe(rig->bus->lcm, "RIG_NODES_toy", on_nodes, rig);

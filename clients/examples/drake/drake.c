@@ -210,7 +210,8 @@ int main(int argc, char **argv)
         return arguments_exit(&status);
     program_catch_signals();
     PliantError error = {0};
-    bool ok = client_connect(&bridge.client, &bridge.options.client, &error) &&
+    bool ok = program_await_network(bridge.options.client.url, &error) &&
+              client_connect(&bridge.client, &bridge.options.client, &error) &&
               program_stops(client_stop, &bridge.client) && run(&bridge, &error);
     if (!ok)
         program_print_error("pliant-drake", &error);
