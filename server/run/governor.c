@@ -3,6 +3,7 @@
 
 #include "geometry/levels.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -11,10 +12,11 @@ static const double scales[] = {1.0, 2.0, 4.0, 8.0};
 enum { LAST_SCALE = sizeof scales / sizeof *scales - 1 };
 
 // One decision per window, so that the effect of a reduction shows in the times.
-static const double WINDOW = 0.25; // [s] of ticks
-enum { LEAST_WINDOW = 20 };
-static const double LATE =
-    0.05; // share of ticks that may be longer: the limits apply to the 95th percentile
+// By the clock: ticks that are much too long would take as many times longer to be counted.
+static const double WINDOW = 0.25; // [s]
+enum { LEAST_PERIODS = 20, LEAST_TICKS = 2 };
+// Share of ticks that may be longer: the limits apply to the 95th percentile. One may always be.
+static const double LATE = 0.05;
 static const double BUSY = 0.9; // of the period: above, ticks end late
 // Below, time is left. Far from BUSY, since taking one back may add half of the cost or more.
 static const double SPARE = 0.5;
@@ -25,9 +27,8 @@ enum { PATIENCE = 8, MOST_PATIENCE = 128 };
 void governor_init(Governor *governor, double rate_hz)
 {
     memset(governor, 0, sizeof *governor);
-    governor->window = (int)(WINDOW * rate_hz);
-    if (governor->window < LEAST_WINDOW)
-        governor->window = LEAST_WINDOW;
+    governor->period_ns = (int64_t)(1e9 / rate_hz);
+    governor->window_ns = (int64_t)(1e9 * fmax(WINDOW, LEAST_PERIODS / rate_hz));
     governor->busy_ns = (int64_t)(BUSY * 1e9 / rate_hz);
     governor->spare_ns = (int64_t)(SPARE * 1e9 / rate_hz);
     governor_restart(governor);
@@ -86,16 +87,21 @@ static GovernorAct raise(Governor *governor)
     return GOVERNOR_RAISES;
 }
 
-GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level)
+GovernorAct governor_tick(Governor *governor, int64_t begin_ns, int64_t ns, int finest_level)
 {
-    // Count until the window is full.
+    // Count until the window is full; a tick takes its period at least.
+    const int64_t end_ns = begin_ns + (ns > governor->period_ns ? ns : governor->period_ns);
+    if (governor->ticks == 0)
+        governor->begin_ns = begin_ns;
     governor->ticks++;
     governor->busy += ns > governor->busy_ns;
     governor->tight += ns > governor->spare_ns;
-    if (governor->ticks < governor->window)
+    if (end_ns - governor->begin_ns < governor->window_ns - governor->period_ns / 2 ||
+        governor->ticks < LEAST_TICKS)
         return GOVERNOR_RESTS;
     // Some late ticks are no sign: the machine has other things to do.
-    int may_be_late = (int)(LATE * governor->window);
+    governor->counted = governor->ticks;
+    int may_be_late = (int)fmax(1.0, LATE * governor->ticks);
     bool busy = governor->busy > may_be_late, spare = governor->tight <= may_be_late;
     governor_forget(governor);
 
@@ -122,5 +128,6 @@ void governor_describe(const Governor *governor, GovernorAct act, char *text, si
         snprintf(what, sizeof what, "finest level %d", setting.level);
     else
         snprintf(what, sizeof what, "thresholds times %g", setting.scale);
-    snprintf(text, size, "p95 of %d ticks %s %.3g ms: %s", governor->window, relation, limit, what);
+    snprintf(text, size, "p95 of %d ticks %s %.3g ms: %s", governor->counted, relation, limit,
+             what);
 }

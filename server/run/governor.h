@@ -18,10 +18,12 @@ typedef enum GovernorAct {
 
 typedef struct Governor {
     // constant
-    int window; // ticks per decision
+    int64_t period_ns, window_ns; // a decision per window, by the clock
     int64_t busy_ns, spare_ns;
 
-    int ticks, busy, tight; // of the window so far: all, longer than busy_ns, than spare_ns
+    int64_t begin_ns;       // of the window
+    int ticks, busy, tight; // in it so far: all, longer than busy_ns, than spare_ns
+    int counted;            // ticks of the last whole window
     int reduction;          // 0: full detail
     int top_level;          // finest level in use when levels began to be lowered
     int calm;               // consecutive windows with time left
@@ -42,9 +44,9 @@ void governor_init(Governor *governor, double rate_hz);
 void governor_restart(Governor *governor);
 // Discards the current window, because the loop stood still.
 void governor_forget(Governor *governor);
-// Takes the duration of a tick [ns] and the finest level that any body uses now; returns the
-// decision.
-GovernorAct governor_tick(Governor *governor, int64_t ns, int finest_level);
+// Takes when a tick began and its duration [ns], and the finest level that any body uses now;
+// returns the decision.
+GovernorAct governor_tick(Governor *governor, int64_t begin_ns, int64_t ns, int finest_level);
 GovernorSetting governor_setting(const Governor *governor);
 // Writes one sentence on what the governor did and why.
 void governor_describe(const Governor *governor, GovernorAct act, char *text, size_t size);

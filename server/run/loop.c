@@ -318,7 +318,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     histogram_add(&loop->step_total, end_ns - begin_ns);
     histogram_add(&loop->step_window, end_ns - begin_ns);
     if (loop->governs && loop->state == RUN_RUNNING)
-        requests_govern(loop, end_ns - begin_ns);
+        requests_govern(loop, begin_ns, end_ns - begin_ns);
     if (loop_due(step, publish->status_hz, rate))
         loop_push_status(loop);
 }

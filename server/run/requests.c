@@ -184,7 +184,7 @@ static void set(Loop *loop, const char *key, double value)
         requests_event(loop, -1, "governor", "%s", answer.text);
 }
 
-void requests_govern(Loop *loop, int64_t tick_ns)
+void requests_govern(Loop *loop, int64_t begin_ns, int64_t tick_ns)
 {
     // The finest level decides what a reduction can still take away.
     int finest = 0;
@@ -196,7 +196,7 @@ void requests_govern(Loop *loop, int64_t tick_ns)
     // Ask the governor; most ticks need nothing.
     Governor *governor = &loop->governor;
     GovernorSetting before = governor_setting(governor);
-    GovernorAct act = governor_tick(governor, tick_ns, finest);
+    GovernorAct act = governor_tick(governor, begin_ns, tick_ns, finest);
     if (act == GOVERNOR_RESTS)
         return;
     // Carry its decision out as a client's SET would.

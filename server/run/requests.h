@@ -20,9 +20,9 @@ void requests_last_checkpoint(Loop *loop);
 // Records an input as applied at the current tick, for --log-inputs.
 void requests_log(Loop *loop, const Input *input);
 // The governor of the time budget, in scenes with adaptive bodies. requests_govern runs at the end
-// of each real-time tick, which took `tick_ns`; requests_release restores full detail when no time
-// is measured. Their changes are SETs, logged like a client's.
-void requests_govern(Loop *loop, int64_t tick_ns);
+// of each real-time tick, which began at `begin_ns`; requests_release restores full
+// detail when no time is measured. Their changes are SETs, logged like a client's.
+void requests_govern(Loop *loop, int64_t begin_ns, int64_t tick_ns);
 void requests_release(Loop *loop);
 // Sends the bus an event; body -1: none in particular.
 void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)

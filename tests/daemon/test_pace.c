@@ -46,6 +46,26 @@ TEST(a_scene_slower_than_real_time_is_warned_of_once)
     assert_null(strstr(warning + 1, says));
 }
 
+// The same work in a body that adapts: judged after a quarter of a second, not after 250 ticks,
+// of which each takes several periods.
+TEST(a_body_that_is_too_slow_is_governed_within_a_few_of_its_ticks)
+{
+    const char *path = scratch("governed.cfg");
+    write_text(path, "name = \"governed\"; publish = { nodes_hz = 0.0; };\n"
+                     "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
+                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 4; }; levels = 1;\n"
+                     "  adapt = {}; } );\n");
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "%s", path);
+    wait_until(client, saw_event(client, "governor"));
+    const Event *first = client->event;
+    while (strcmp(first->kind, "governor") != 0)
+        first++;
+    int ticks;
+    assert_int_equal(sscanf(first->text, "p95 of %d ticks over", &ticks), 1);
+    expect_at_most(ticks, 125); // two periods each would be enough
+    process_end(&pliantd);
+}
+
 TEST(nodes_come_at_the_steps_when_they_are_due)
 {
     SCOPED_CLIENT Client *client = client_create();

@@ -8,13 +8,30 @@ enum { RATE = 1000, WINDOW = 250 }; // ticks; of 1 ms
 
 static const int64_t FAST = 300000, MIDDLING = 700000, SLOW = 1500000; // [ns]
 
+static const int64_t PERIOD = 1000000000 / RATE;
+
+// The clock of these tests: a tick that takes longer than its period takes whole periods, as in the
+// loop.
+static int64_t now_ns;
+
+static GovernorAct run_tick(Governor *governor, int64_t ns, int finest)
+{
+    const int64_t begin = now_ns;
+    now_ns += (ns + PERIOD - 1) / PERIOD * PERIOD;
+    return governor_tick(governor, begin, ns, finest);
+}
+
 // A window of ticks, `slow` of them slow and the others as given; the last act, the only one that
 // may not be rest.
 static GovernorAct run_window(Governor *governor, int64_t ns, int slow, int finest)
 {
-    for (int i = 0; i < WINDOW - 1; i++)
-        assert_int_equal(governor_tick(governor, i < slow ? SLOW : ns, finest), GOVERNOR_RESTS);
-    return governor_tick(governor, ns, finest);
+    const int64_t end = now_ns + WINDOW * PERIOD;
+    GovernorAct act = GOVERNOR_RESTS;
+    for (int i = 0; now_ns < end; i++) {
+        assert_int_equal(act, GOVERNOR_RESTS);
+        act = run_tick(governor, i < slow ? SLOW : ns, finest);
+    }
+    return act;
 }
 
 static Governor governor_at(double rate_hz)
@@ -35,12 +52,12 @@ TEST(rest_while_ticks_end_in_time)
 {
     Governor governor = governor_at(RATE);
     for (int k = 0; k < 50; k++) {
-        // One in twenty may be late: 12 of 250.
-        assert_int_equal(run_window(&governor, k % 2 ? FAST : MIDDLING, 12, 3), GOVERNOR_RESTS);
+        // One in twenty may be late: 11 of 239, since each of these takes two periods.
+        assert_int_equal(run_window(&governor, k % 2 ? FAST : MIDDLING, 11, 3), GOVERNOR_RESTS);
         expect_setting(&governor, 1.0, LEVELS_MAX);
     }
     assert_int_equal(governor.actions, 0);
-    assert_int_equal(run_window(&governor, FAST, 13, 3), GOVERNOR_LOWERS);
+    assert_int_equal(run_window(&governor, FAST, 12, 3), GOVERNOR_LOWERS);
 }
 
 TEST(thresholds_rise_first_then_levels_fall_one_a_window)
@@ -142,16 +159,33 @@ TEST(governed_load_settles)
 TEST(low_rates_have_windows_of_twenty_ticks)
 {
     Governor governor = governor_at(10.0);
-    for (int i = 0; i < 19; i++)
-        assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_RESTS);
-    assert_int_equal(governor_tick(&governor, 100000000, 2), GOVERNOR_LOWERS);
+    for (int i = 1; i < 20; i++)
+        assert_int_equal(governor_tick(&governor, i * 100000000, 95000000, 2), GOVERNOR_RESTS);
+    assert_int_equal(governor_tick(&governor, 2000000000, 95000000, 2), GOVERNOR_LOWERS);
+}
+
+// A tick of 64 periods took as many windows to be judged, 16 s, where a window was so many ticks.
+TEST(a_window_ends_by_the_clock_however_few_its_ticks)
+{
+    Governor governor = governor_at(RATE);
+    const int64_t begin = now_ns;
+    int ticks = 1;
+    while (run_tick(&governor, 64 * PERIOD, 2) == GOVERNOR_RESTS)
+        ticks++;
+    assert_int_equal(ticks, 4); // 256 ms
+    assert_true(now_ns - begin <= (WINDOW + 64) * PERIOD);
+    // One tick alone is no sign, as long as it may be: the machine stood still.
+    assert_int_equal(run_tick(&governor, 400 * PERIOD, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_tick(&governor, FAST, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_tick(&governor, 400 * PERIOD, 2), GOVERNOR_RESTS);
+    assert_int_equal(run_tick(&governor, 400 * PERIOD, 2), GOVERNOR_LOWERS);
 }
 
 TEST(forgotten_ticks_do_not_count)
 {
     Governor governor = governor_at(RATE);
-    for (int i = 0; i < WINDOW - 1; i++)
-        governor_tick(&governor, SLOW, 2);
+    for (int i = 0; i < WINDOW / 2 - 1; i++) // of two periods each
+        run_tick(&governor, SLOW, 2);
     governor_forget(&governor);
     assert_int_equal(run_window(&governor, FAST, 0, 2), GOVERNOR_RESTS);
     assert_int_equal(run_window(&governor, SLOW, 0, 2), GOVERNOR_LOWERS);
@@ -165,13 +199,13 @@ TEST(says_what_it_did_and_why)
     char text[192];
     run_window(&governor, SLOW, 0, 1);
     governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
-    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: thresholds times 2");
+    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: thresholds times 2");
     for (int k = 0; k < 3; k++)
         run_window(&governor, SLOW, 0, 1);
     governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
-    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: finest level 0");
+    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: finest level 0");
     governor_describe(&governor, GOVERNOR_SPENT, text, sizeof text);
-    assert_string_equal(text, "p95 of 250 ticks over 0.9 ms: nothing is left to lower");
+    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: nothing is left to lower");
     for (int k = 0; k < 8; k++)
         run_window(&governor, FAST, 0, 0);
     governor_describe(&governor, GOVERNOR_RAISES, text, sizeof text);
