@@ -5,6 +5,7 @@
 
 #include "sim/follow.h"
 #include "sim/events.h"
+#include "sim/guard/guard.h"
 
 #include "base/check.h"
 #include "base/sets.h"
@@ -366,7 +367,7 @@ void cutting_stage(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         for (int k = 0; k < stroke_count(sim, b); k++)
             stroke_body(sim, b, k);
-        if (sim->body[b].ops->tear != NULL) {
+        if (sim->body[b].ops->tear != NULL && !guard_is_frozen(sim, b)) {
             change_body(sim, b, tear_once, NULL);
             report_torn(sim, b);
         }

@@ -466,7 +466,8 @@ bool sim_next_grasp(Sim *sim, GraspEvent *event)
 
 void sim_try_step(Sim *sim, int body)
 {
-    estimate_try(sim, body);
+    if (!guard_is_frozen(sim, body))
+        estimate_try(sim, body);
 }
 
 void sim_step_alone(Sim *sim, int index)

@@ -139,7 +139,9 @@ typedef struct GraspEvent {
 // --- the guard ---
 // The guard: no number leaves the simulation unchecked. At the end of each tick, a body whose
 // numbers are not finite or out of bounds gets the last good state back; the cause is found,
-// counted and reported; a tool or load that is the cause repeatedly is withdrawn. The body's
+// counted and reported; a tool or load that is the cause repeatedly is withdrawn. A body that
+// becomes bad again and again all the same is frozen: in its rest shape, and as if it were not
+// there, until RESET. The body's
 // kernels record the checks in the tick's last pass (BodyOps.commit), so that a good tick costs
 // next to nothing here.
 
@@ -148,6 +150,9 @@ enum {
     GUARD_MOST_BLAME = 3,
     // Bad ticks of a body, consecutive or within GUARD_WINDOW, before it returns to its rest shape.
     GUARD_BAD_TICKS = 10,
+    // Returns to the rest shape within GUARD_WINDOW before the body is frozen: at least 50 bad
+    // ticks, or 14 consecutive ones.
+    GUARD_MOST_SHAPES = 5,
 };
 #define GUARD_WINDOW 1.0 // [s] simulated; also the least time between two reports about one body
 
@@ -173,13 +178,14 @@ typedef struct GuardCounts {
     int64_t tools, loads;                // withdrawn
     int64_t wrenches;                    // withheld, because not fit to be published
     int64_t figures;                     // of measurements, withheld
+    int64_t frozen;                      // bodies
 } GuardCounts;
 
 // All counts in order with their names, as in status_t: "restored_tool", "restored_load",
 // "restored_set", "restored_time_step", "restored_unknown", "restored_energy",
 // "restored_pressure", "rest_shapes", "withdrawn_tools", "withdrawn_loads", "wrenches_withheld",
-// "figures_withheld".
-enum { GUARD_REASONS = GUARD_CAUSE_COUNT + 5 };
+// "figures_withheld", "frozen_bodies".
+enum { GUARD_REASONS = GUARD_CAUSE_COUNT + 6 };
 int64_t guard_reason(const GuardCounts *counts, int index, const char **name);
 
 // --- a scene ---

@@ -109,7 +109,7 @@ static bool adapt(Sim *sim, int b, void *context, TopologyChange *change)
 static void adapt_bodies(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
-        if (sim->body[b].ops->adapt != NULL)
+        if (sim->body[b].ops->adapt != NULL && !guard_is_frozen(sim, b))
             change_body(sim, b, adapt, NULL);
 }
 
@@ -125,6 +125,10 @@ static void grasp_and_release(Sim *sim)
         ties_begin_tick(sim);
     for (int k = 0; k < sim->attachment_count; k++) {
         const int tool = attachment_options(sim->attachment[k])->tool;
+        if (guard_is_frozen(sim, attachment_options(sim->attachment[k])->body)) {
+            attachment_clear(sim->attachment[k]);
+            continue;
+        }
         const ToolMotion *motion = tool >= 0 ? &sim->motion[tool] : NULL;
         Vec3 position = {0.0, 0.0, 0.0};
         Quat orientation = {1.0, 0.0, 0.0, 0.0};
@@ -168,7 +172,7 @@ static void find_contacts(Sim *sim)
         while (k >= sim->contact_start[b + 1])
             b++;
         // A withdrawn tool pushes nothing, and one that holds the body does not push it.
-        if (!motion->active || is_muted(sim, b, sim->contact_tool[k])) {
+        if (!motion->active || guard_is_frozen(sim, b) || is_muted(sim, b, sim->contact_tool[k])) {
             contact_clear(contact);
             continue;
         }
@@ -190,14 +194,32 @@ static void find_touches(Sim *sim)
             time_step_follow(sim, &sim->body[touch_options(sim->touch[k])->body[0]]);
 }
 
+// True for what acts between two bodies of a group, neither of them frozen.
+static bool acts(const Sim *sim, int first, int body, int other)
+{
+    return sim->group[body].first == first && !guard_is_frozen(sim, body) &&
+           !guard_is_frozen(sim, other);
+}
+
+static bool joint_acts(const Sim *sim, int first, int joint)
+{
+    const AttachmentOptions *options = attachment_options(sim->joint[joint]);
+    return acts(sim, first, options->body, options->to_body);
+}
+
+static bool touch_acts(const Sim *sim, int first, int touch)
+{
+    const int *body = touch_options(sim->touch[touch])->body;
+    return acts(sim, first, body[0], body[1]) && touch_is_near(sim->touch[touch]);
+}
+
 // Adds the forces between the bodies of a group.
 static void add_touches(Sim *sim, int first, double dt)
 {
     const int64_t begin = clock_now_ns();
     for (int k = 0; k < sim->touch_count; k++) {
-        Touch *touch = sim->touch[k];
-        if (sim->group[touch_options(touch)->body[0]].first == first && touch_is_near(touch))
-            touch_apply(touch, dt);
+        if (touch_acts(sim, first, k))
+            touch_apply(sim->touch[k], dt);
     }
     // Timed within the forces.
     const int64_t spent = clock_now_ns() - begin;
@@ -351,10 +373,18 @@ typedef enum Advance {
     ADVANCE_ALONE, // without external forces either, by a single substep's time
 } Advance;
 
+// Returns the body, or the next one of its group, that is not frozen; -1: none.
+static int thawed(const Sim *sim, int b)
+{
+    while (b >= 0 && guard_is_frozen(sim, b))
+        b = sim->group[b].next;
+    return b;
+}
+
 // Returns the body that is advanced beside this one; -1: none.
 static int next_body(const Sim *sim, int b, Advance what)
 {
-    return what == ADVANCE_GROUP ? sim->group[b].next : -1;
+    return what == ADVANCE_GROUP ? thawed(sim, sim->group[b].next) : -1;
 }
 
 // Advances all bodies of a group: the forces of an evaluation are complete before any of them
@@ -366,6 +396,7 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
     const int ties = what == ADVANCE_GROUP ? sim->joint_count : 0,
               touches = what == ADVANCE_GROUP ? sim->touch_count : 0;
     const double part = forced ? 1.0 : 1.0 / substeps; // of a substep
+    const int group = sim->group[first].first;
     // Schemes of kicks drift first.
     for (int b = first; b >= 0 && integrator->kicks; b = next_body(sim, b, what))
         sim->body[b].ops->drift(sim->body[b].model,
@@ -378,12 +409,11 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
                 add_outer_forces(sim, b, &evaluation, substep, s == 0);
             // Ties of this group.
             for (int k = 0; k < ties; k++) {
-                Attachment *joint = sim->joint[k];
-                if (sim->group[attachment_options(joint)->body].first == first)
-                    joint_apply(joint, evaluation.weight * sim->body[first].h);
+                if (joint_acts(sim, group, k))
+                    joint_apply(sim->joint[k], evaluation.weight * sim->body[first].h);
             }
             if (touches > 0)
-                add_touches(sim, first, fraction_at(integrator, &evaluation) * sim->body[first].h);
+                add_touches(sim, group, fraction_at(integrator, &evaluation) * sim->body[first].h);
             for (int b = first; b >= 0; b = next_body(sim, b, what))
                 sim->body[b].ops->evaluate(sim->body[b].model, &evaluation, part * sim->body[b].h);
             for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
@@ -393,7 +423,7 @@ static void advance(Sim *sim, int first, int substeps, Advance what)
         for (int b = first; b >= 0 && forced; b = next_body(sim, b, what))
             end_substep(sim, b);
         for (int k = 0; k < touches; k++)
-            if (sim->group[touch_options(sim->touch[k])->body[0]].first == first)
+            if (sim->group[touch_options(sim->touch[k])->body[0]].first == group)
                 touch_end_substep(sim->touch[k]);
     }
 }
@@ -407,11 +437,10 @@ void advance_alone(Sim *sim, int body, int substeps)
 static bool is_joined(const Sim *sim, int first)
 {
     for (int k = 0; k < sim->joint_count; k++)
-        if (sim->group[attachment_options(sim->joint[k])->body].first == first)
+        if (joint_acts(sim, first, k))
             return true;
     for (int k = 0; k < sim->touch_count; k++)
-        if (sim->group[touch_options(sim->touch[k])->body[0]].first == first &&
-            touch_is_near(sim->touch[k]))
+        if (touch_acts(sim, first, k))
             return true;
     return false;
 }
@@ -422,7 +451,8 @@ static void advance_bodies(Sim *sim)
         if (sim->group[first].first != first)
             continue;
         const Advance what = is_joined(sim, first) ? ADVANCE_GROUP : ADVANCE_BODY;
-        for (int b = first; b >= 0; b = what == ADVANCE_BODY ? sim->group[b].next : -1)
+        for (int b = thawed(sim, first); b >= 0;
+             b = what == ADVANCE_BODY ? thawed(sim, sim->group[b].next) : -1)
             advance(sim, b, sim->body[b].substeps, what);
     }
 }

@@ -200,6 +200,13 @@ TEST(a_body_beyond_its_bound_tells_why_and_sends_nothing_else)
     expect_in(event_text(client, "restored"), "time_step 0.002 s beyond its bound");
     assert_true(refused(client, "restored_time_step") > 0);
     assert_true(refused(client, "rest_shapes") > 0);
+    // It is frozen once, and the other body goes on.
+    expect_in(event_text(client, "frozen"), "shorten time_step");
+    assert_int_equal(refused(client, "frozen_bodies"), 1);
+    client_fresh_status(client);
+    const int64_t resets = client->status.resets, step = client->status.step;
+    wait_until(client, client->status.step > step + 500);
+    assert_int_equal(client->status.resets, resets);
     assert_true(command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
     assert_true(numbers.checked > 1000);
     assert_int_equal(numbers.bad, 0);

@@ -4,6 +4,8 @@
 #include "effort.h"
 #include "touching_bodies.h"
 
+#include "sim/guard/guard.h"
+
 // --- the law -------------------------------------------------------------------------------------
 
 static const char *const PAIRS[][2] = {
@@ -423,6 +425,47 @@ LONG_TEST(a_stack_comes_to_rest_and_stays)
 }
 
 // A cube on a cube rests as much higher as the scene says that surfaces are thick.
+static Vec3 first_node(Sim *sim, int b)
+{
+    Vec3 x;
+    sim_body(sim, b)->ops->read_nodes(sim_body(sim, b)->model, &(int){0}, 1, &x, NULL);
+    return x;
+}
+
+// Whichever leads the group: the other two still touch, and what was pressed onto it passes.
+TEST(a_frozen_body_is_to_the_others_as_if_it_were_not_there)
+{
+    for (int frozen = 0; frozen < 2; frozen++) {
+        char text[4096];
+        SCOPED(run_destroy) Run run;
+        snprintf(text, sizeof text,
+                 DOUBLE "bodies = ( " BALL("%s", "translation = [0, 0, 0];", "") ", " BALL(
+                     "%s", "translation = [%g, 0, 0];",
+                     "") ", " BALL("three", "translation = [0.082, 0, 0];",
+                                   "") " );\n"
+                                       "touch = ( { bodies = [\"one\", \"two\"]; }, { bodies = "
+                                       "[\"two\", "
+                                       "\"three\"]; } );\n"
+                                       "loads = ( { body = \"three\"; center = [0.082, 0, 0]; "
+                                       "radius = 0.1;\n"
+                                       "  force = [-0.3, 0, 0]; duration = 0.5; } );\n",
+                 frozen == 0 ? "one" : "two", frozen == 0 ? "two" : "one", 0.041);
+        run_create(&run, text);
+        Sim *sim = run.world.sim;
+        const int two = frozen == 0 ? 1 : 0;
+        const int still = 1 - two;
+        sim->guard->freeze[still].since = 1;
+        const Vec3 at[3] = {first_node(sim, 0), first_node(sim, 1), first_node(sim, 2)};
+        sim_ticks(sim, 500);
+        const Vec3 now = first_node(sim, still);
+        assert_memory_equal(&now, &at[still], sizeof now);
+        assert_int_equal(sim_resets(sim), 0);
+        // Three pushes two along, or comes to it, through one where that lies between.
+        expect_at_most(first_node(sim, two).x, at[two].x - 0.01);
+        expect_at_most(first_node(sim, 2).x, at[2].x - 0.05);
+    }
+}
+
 TEST(surfaces_rest_at_their_thickness)
 {
     double height[2];

@@ -24,9 +24,10 @@ int64_t guard_reason(const GuardCounts *counts, int index, const char **name)
         "restored_tool",    "restored_load",   "restored_set",      "restored_time_step",
         "restored_unknown", "restored_energy", "restored_pressure", "rest_shapes",
         "withdrawn_tools",  "withdrawn_loads", "wrenches_withheld", "figures_withheld",
+        "frozen_bodies",
     };
-    const int64_t others[] = {counts->rest_shapes, counts->tools, counts->loads, counts->wrenches,
-                              counts->figures};
+    const int64_t others[] = {counts->rest_shapes, counts->tools,   counts->loads,
+                              counts->wrenches,    counts->figures, counts->frozen};
     *name = names[index];
     return index < GUARD_CAUSE_COUNT ? counts->restored[index] : others[index - GUARD_CAUSE_COUNT];
 }
@@ -48,6 +49,9 @@ void guard_create(Sim *sim)
     guard->window = llround(fmax(1.0, GUARD_WINDOW / sim->tick));
     // The rest is all zero in good runs, which keep their hashes.
     state_add_rare(sim->state, guard->body, bodies * sizeof *guard->body, "guard/bodies");
+    guard->freeze =
+        arena_allocate(sim->arena, ARENA_OUTPUT, bodies, sizeof *guard->freeze, "guard/freeze");
+    state_add_rare(sim->state, guard->freeze, bodies * sizeof *guard->freeze, "guard/freeze");
     if (tools > 0)
         state_add_rare(sim->state, guard->tool, tools * sizeof *guard->tool, "guard/tools");
     sim->guard = guard;
@@ -90,7 +94,8 @@ bool guard_check(const Sim *sim)
         if (!can_be(sim, &body->bad) || !can_be(sim, &body->energy) || !was(sim, body->told) ||
             body->unreported < 0 || !was(sim, body->set) || !setting_is_numbered(body->set_key) ||
             !was(sim, body->loaded) || !vec3_finite(body->load_force) || body->cause < 0 ||
-            body->cause >= GUARD_CAUSE_COUNT)
+            body->cause >= GUARD_CAUSE_COUNT || !can_be(sim, &guard->freeze[b].shapes) ||
+            !was(sim, guard->freeze[b].since))
             return false;
         // Energies that a sum could have given.
         const EnergyAccount *energy = &guard->energy[b];
@@ -189,6 +194,26 @@ static bool is_torn_away(const Sim *sim, int b)
     return !(measure.max_displacement <= FAR * body->surface.longest_edge);
 }
 
+// Freezes a body that its rest shape has not helped: it would only take the time of the others.
+static void freeze(Sim *sim, int b, GuardCause cause, const char *what)
+{
+    static const char *const cure[GUARD_CAUSE_COUNT] = {[GUARD_TOOL] = "move the tool off",
+                                                        [GUARD_LOAD] = "lower the load",
+                                                        [GUARD_SET] = "SET another value",
+                                                        [GUARD_TIME_STEP] = "shorten time_step",
+                                                        [GUARD_UNKNOWN] = "shorten its time_step",
+                                                        [GUARD_ENERGY] = "shorten its time_step",
+                                                        [GUARD_PRESSURE] =
+                                                            "lower the pressure inside"};
+    GuardFreeze *at = &sim->guard->freeze[b];
+    const int64_t tick = sim->clock->step + 1;
+    if (!guard_count(&at->shapes, tick, sim->guard->window, GUARD_MOST_SHAPES))
+        return;
+    at->since = tick;
+    sim->guard->counts.frozen++;
+    sim_report(sim, b, "frozen", "until RESET, restored too often: %s; %s", what, cure[cause]);
+}
+
 static void note_restore(Sim *sim, int b, RestoreMode mode, GuardCause cause, const char *what)
 {
     sim->body[b].resets++;
@@ -202,6 +227,8 @@ static void note_restore(Sim *sim, int b, RestoreMode mode, GuardCause cause, co
     }
     cutting_break_off(sim, b); // the jump back is no motion past the blade
     tell(sim, b, mode, what);
+    if (mode == RESTORE_SHAPE)
+        freeze(sim, b, cause, what);
 }
 
 static void mend(Sim *sim, int b)
@@ -255,7 +282,7 @@ static void judge_friction(const Sim *sim, bool bad[SIM_BODIES])
         const TouchOptions *options = touch_options(sim->touch[k]);
         const bool can_be = touch_can_rub(sim->touch[k]);
         for (int e = 0; e < touch_bodies(options); e++)
-            bad[options->body[e]] |= !can_be;
+            bad[options->body[e]] |= !can_be && !guard_is_frozen(sim, options->body[e]);
     }
 }
 
@@ -265,7 +292,7 @@ bool guard_bodies(Sim *sim)
     // Commit accepts the numbers of each body, or reports them as bad.
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
-        bad[b] = !body->ops->commit(body->model);
+        bad[b] = !guard_is_frozen(sim, b) && !body->ops->commit(body->model);
     }
     // What a checkpoint would be refused for is bad now.
     judge_friction(sim, bad);
@@ -278,7 +305,8 @@ bool guard_bodies(Sim *sim)
     bool wrong[SIM_BODIES];
     for (int b = 0; b < sim->body_count; b++) {
         double has, most;
-        const EnergyVerdict verdict = bad[b] ? ENERGY_RIGHT : guard_energy(sim, b, &has, &most);
+        const EnergyVerdict verdict =
+            bad[b] || guard_is_frozen(sim, b) ? ENERGY_RIGHT : guard_energy(sim, b, &has, &most);
         wrong[b] = verdict != ENERGY_RIGHT;
         any |= wrong[b];
         if (wrong[b])

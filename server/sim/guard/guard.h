@@ -21,6 +21,12 @@ typedef struct GuardBody {
     Vec3 load_force; // of that load [N]
 } GuardBody;
 
+// What a body's repeated returns to its rest shape led to. Plain data, part of the state.
+typedef struct GuardFreeze {
+    Blame shapes;  // returns of the current window
+    int64_t since; // tick since which it has been frozen
+} GuardFreeze;
+
 // Limits of a body's energy: plain data, part of the state, though no motion depends on it unless
 // it is exceeded.
 typedef struct EnergyAccount {
@@ -47,6 +53,7 @@ typedef struct GuardTool {
 
 typedef struct Guard {
     GuardBody *body;       // [body_count]
+    GuardFreeze *freeze;   // [body_count]
     GuardTool *tool;       // [tool_count]
     EnergyAccount *energy; // [body_count]
     int64_t window;        // ticks
@@ -73,6 +80,11 @@ bool guard_can_be(const Body *body, Status *status);
 // Keeps each body's result of the tick, or restores its last good state. Returns true if any was
 // restored; its effect on tools is then discarded.
 bool guard_bodies(Sim *sim);
+// True for a body that takes no part in ticks until RESET.
+static inline bool guard_is_frozen(const Sim *sim, int body)
+{
+    return sim->guard->freeze[body].since > 0;
+}
 // Sets a wrench that is not fit to be published to zero.
 void guard_wrenches(Sim *sim);
 // True if a pose may move its tool: not after a withdrawal, until its sender has released the tool.

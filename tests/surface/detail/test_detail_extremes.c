@@ -10,6 +10,7 @@
 #include "fixture.h"
 #include "geometry/generator.h"
 #include "random.h"
+#include "sim/guard/guard.h"
 
 static SurfaceOptions adaptive(int levels)
 {
@@ -276,6 +277,7 @@ TEST(bad_numbers_are_never_published)
                 int node = random_below(&random, 114);
                 const Vec3 force = {(double)NAN, 0.0, (double)INFINITY};
                 bench.body->ops->add_load(bench.model, node, force);
+                bench.sim->guard->freeze[0] = (GuardFreeze){0}; // so many would freeze it
                 sim_step(bench.sim);
                 bench.body->ops->clear_loads(bench.model);
                 expect_finite(&bench);
