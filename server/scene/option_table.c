@@ -4,8 +4,10 @@
 #include "base/arguments.h"
 #include "base/check.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <string.h>
+#include <strings.h>
 
 enum { VALUE_TEXT = 96, SENTENCE = 400, LONGEST_KEY = 64 };
 
@@ -236,8 +238,9 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
     int count = config_setting_length(setting);
     // Three numbers, neither more nor fewer.
     if (count != 3)
-        return option_fail(source, setting, "%s has %d entries and must be three numbers [x, y, z]",
-                           option->key, count);
+        return option_fail(
+            source, setting, "%s has %d entries and must be three numbers [x, y, z]%s", option->key,
+            count, count > 3 && count <= 6 ? ", with points in decimals, not commas" : "");
     for (unsigned i = 0; i < 3; i++) {
         const config_setting_t *entry = config_setting_get_elem(setting, i);
         if (!is_number(entry))
@@ -418,7 +421,7 @@ static bool read_value(const Option *option, const config_setting_t *setting,
     return false;
 }
 
-// Edit distance (Wagner and Fischer 1974), one row at a time.
+// Edit distance (Wagner and Fischer 1974), one row at a time; case does not count.
 static size_t edit_distance(const char *a, const char *b)
 {
     size_t row[LONGEST_KEY + 1], columns = strlen(b);
@@ -432,7 +435,7 @@ static size_t edit_distance(const char *a, const char *b)
         size_t diagonal = row[0];
         row[0] = i;
         for (size_t j = 1; j <= columns; j++) {
-            size_t best = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            size_t best = diagonal + (tolower(a[i - 1]) == tolower(b[j - 1]) ? 0 : 1);
             diagonal = row[j];
             if (row[j] + 1 < best)
                 best = row[j] + 1;
@@ -444,40 +447,111 @@ static size_t edit_distance(const char *a, const char *b)
     return row[columns];
 }
 
+// Ranks what a word may have meant: one edit, a longer word that begins with it, one that begins as
+// it does, one that holds it, more edits. FAR: not similar.
+enum { CUT = 3, ALIKE = 4, HELD = 5, FAR = 2 * LONGEST_KEY };
+static size_t rank_of(const char *word, const char *known)
+{
+    const size_t length = strlen(word), distance = edit_distance(word, known);
+    if (distance <= 1)
+        return 2 * distance;
+    if (length >= 3 && strncmp(word, known, length) == 0)
+        return CUT;
+    if (length >= 3 && distance <= 3 && strncasecmp(word, known, 3) == 0)
+        return ALIKE; // body, bodies
+    if (length >= 6 && strstr(known, word) != NULL)
+        return HELD; // density, areal_density
+    const size_t limit = length / 2 < 3 ? length / 2 : 3;
+    return distance <= limit ? HELD + distance : FAR;
+}
+
 bool option_is_near(const char *word, const char *known)
 {
-    size_t length = strlen(word);
-    if (length >= 3 && strncmp(word, known, length) == 0)
-        return true;
-    size_t limit = length / 2 < 3 ? length / 2 : 3;
-    return edit_distance(word, known) <= limit;
+    return rank_of(word, known) < FAR;
+}
+
+// Lists the other groups that have the key.
+static const char *list_elsewhere(const OptionTable *table, const char *key,
+                                  const OptionSource *source, char text[SENTENCE])
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < source->table_count; i++) {
+        const OptionTable *other = source->table(i);
+        const char *path = other->path[0] != '\0' ? other->path : "the scene";
+        bool has = strcmp(other->path, table->path) != 0 && strstr(text, path) == NULL;
+        for (int k = 0; has && k < other->count; k++)
+            if (strcmp(other->option[k].key, key) == 0 && used < SENTENCE / 3)
+                used += (size_t)snprintf(text + used, SENTENCE - used, "%s%s",
+                                         used > 0 ? " and " : "", path);
+    }
+    return text;
+}
+
+// Lists the keys of a table, as far as there is room.
+static const char *list_keys(const OptionTable *table, char text[SENTENCE])
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < table->count; i++) {
+        const char *key = table->option[i].key;
+        if (used + strlen(key) + 8 > SENTENCE / 2)
+            return strcat(text, " ...");
+        used += (size_t)snprintf(text + used, SENTENCE - used, "%s%s", i > 0 ? ", " : "", key);
+    }
+    return text;
+}
+
+// " (unit: what it is, as far as that is short)", as who misses a key often takes another quantity.
+static const char *meaning_of(const Option *option, char text[SENTENCE])
+{
+    const int length = (int)strcspn(option->about, ";.(");
+    const bool brief = length > 0 && length <= 40;
+    text[0] = '\0';
+    if (option->unit[0] != '\0')
+        snprintf(text, SENTENCE, " (%s%s%.*s)", option->unit, brief ? ": " : "", brief ? length : 0,
+                 option->about);
+    return text;
+}
+
+static bool fail_unknown(const OptionTable *table, const config_setting_t *setting,
+                         const Option *nearest, size_t rank, const OptionSource *source)
+{
+    char keys[SENTENCE], elsewhere[SENTENCE];
+    const char *key = config_setting_name(setting);
+    const char *place = table->path[0] != '\0' ? table->path : "the scene";
+    const bool misplaced = *list_elsewhere(table, key, source, elsewhere) != '\0';
+    // A typing error is likelier than a wrong place, and that than a word that is somewhat similar.
+    if (nearest != NULL && (rank <= HELD || !misplaced)) {
+        char meaning[SENTENCE];
+        return option_fail(source, setting, "unknown key %.64s in %s: did you mean %s%s?", key,
+                           place, nearest->key, meaning_of(nearest, meaning));
+    }
+    if (misplaced)
+        return option_fail(source, setting, "unknown key %.64s in %s: it is a key of %s", key,
+                           place, elsewhere);
+    return option_fail(source, setting, "unknown key %.64s in %s, whose keys are %s", key, place,
+                       list_keys(table, keys));
 }
 
 static bool check_key(const OptionTable *table, const config_setting_t *setting,
                       const OptionSource *source)
 {
     const char *key = config_setting_name(setting);
-    const char *nearest = NULL;
-    size_t nearest_distance = 0;
+    const Option *nearest = NULL;
+    size_t least = FAR;
     // A key that is known, or the nearest one for the error.
     for (int i = 0; i < table->count; i++) {
-        const char *known = table->option[i].key;
-        if (strcmp(known, key) == 0)
+        const Option *known = &table->option[i];
+        if (strcmp(known->key, key) == 0)
             return true;
-        // A truncated key ranks before a misspelt one.
-        bool cut = strncmp(key, known, strlen(key)) == 0;
-        size_t distance = cut ? 0 : edit_distance(key, known);
-        if (option_is_near(key, known) && (nearest == NULL || distance < nearest_distance)) {
+        const size_t rank = rank_of(key, known->key);
+        if (rank < least) {
             nearest = known;
-            nearest_distance = distance;
+            least = rank;
         }
     }
-    // Say where, and what was perhaps meant.
-    const char *place = table->path[0] != '\0' ? table->path : "the scene";
-    if (nearest != NULL)
-        return option_fail(source, setting, "unknown key %.64s in %s: did you mean %s?", key, place,
-                           nearest);
-    return option_fail(source, setting, "unknown key %.64s in %s", key, place);
+    return fail_unknown(table, setting, nearest, least, source);
 }
 
 static bool fail_missing(const OptionTable *table, const config_setting_t *group,

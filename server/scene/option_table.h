@@ -96,6 +96,9 @@ typedef struct OptionSource {
     Status *status;
     double most;          // of rows that follow it,
     const char *most_key; // the value of this key
+    // All tables, to say where a misplaced key belongs.
+    const OptionTable *(*table)(int index);
+    int table_count;
 } OptionSource;
 
 // Reads `group` (NULL: omitted, all defaults; no option of the table may be required then) into the

@@ -263,9 +263,9 @@ static void say_burst(const Subject *s, double value, char *text, size_t size)
 #define HOLD "fixed = (...), attachments, or shape springs to the world would support it"
 
 static const Row BODY_ROWS[] = {
-    // The tallest people measure 2.7 m; tools of a millimetre cannot press anything smaller.
-    {extent, 1e-3, 3.0, say_extent, NULL, NULL, false}, // causes: scale_hint
-    // As much as two heavy people, within 3 m.
+    // A torso measures 0.7 m; the smallest organs that anybody operates on, lens and eardrum, 9 mm.
+    {extent, 5e-3, 1.0, say_extent, NULL, NULL, false}, // causes: scale_hint
+    // As much as two heavy people, within 1 m.
     {mass_of, 0.0, 300.0, say_mass, NULL, "is a density or a length in other units than SI?", true},
     // The estimate is accurate within a factor of two: beyond three times no machine keeps up.
     {cost, 0.0, 3.0, say_cost, NULL,
@@ -282,10 +282,12 @@ static const Row BODY_ROWS[] = {
     {areal_density, 0.01, 500.0, say_areal_density,
      "areal_density is kg/m3 times the wall's thickness in m: 4.2 for 4 mm",
      "is it a density? areal_density is that times the wall's thickness in m: 4.2 for 4 mm", false},
-    // From a membrane of 1 mm of brain up; one of 1 cm of steel has 2e9.
-    {wall_modulus, 0.5, 1e10, say_wall_modulus,
+    // From a membrane of 1 mm of brain up to a stiff artery, of 2 MPa and 2 mm.
+    {wall_modulus, 0.5, 4e3, say_wall_modulus,
      "is it in kPa? youngs_modulus_2d is Pa times the wall's thickness in m: 400 for 100 kPa, 4 mm",
-     "youngs_modulus_2d is Pa times the wall's thickness in m: 400 for 100 kPa, 4 mm", false},
+     "is it in Pa? youngs_modulus_2d is that times the wall's thickness in m: 400 for 100 kPa, 4 "
+     "mm",
+     false},
     // Beyond, linear springs have no equilibrium.
     {burst, -HUGE_VAL, 1.0, say_burst, NULL,
      "it will grow without end; is it in mmHg? cavity.pressure is in Pa, 133 of them", false},
@@ -346,9 +348,9 @@ static void say_share(const Subject *s, double value, char *text, size_t size)
 }
 
 static const Row TOOL_ROWS[] = {
-    // A fist has a radius of 5 cm, a head of 10 cm.
-    {radius, 0.0, 0.25, say_radius, NULL, "is it in millimetres? radius = 0.005; is a tip of 5 mm",
-     false},
+    // The thinnest needles have 0.1 mm; a fist has a radius of 5 cm, a head of 10 cm.
+    {radius, 5e-5, 0.25, say_radius, "were its lengths divided by 1000 twice? Lengths are in m",
+     "is it in millimetres? radius = 0.005; is a tip of 5 mm", false},
     // Longer than a person is tall.
     {length, 0.0, 3.0, say_length, NULL, "is it in millimetres? Lengths are in m", true},
     // No instrument is half as wide as the organ that it presses, no ball as wide.
@@ -360,20 +362,26 @@ static const Row TOOL_ROWS[] = {
 // Names the source of the body's lengths and the correction.
 static const char *scale_hint(const Subject *s)
 {
+    // Organs in centimetres are up to 30 units long. The texts of a file's key and of none follow.
+    static const char *const hints[][3] = {
+        {"is its file in metres already, or in centimetres? mesh = { scale = 0.01; }",
+         "is its file in centimetres, or in no unit? mesh = { scale = 0.01; }",
+         "is its file in millimetres? mesh = { scale = 0.001; }"},
+        {"is its file in metres already, or in centimetres? voxels = { scale = 0.01; }",
+         "is its file in centimetres, or in no unit? voxels = { scale = 0.01; }",
+         "is its file in millimetres? voxels = { scale = 0.001; }"},
+        {"were its lengths divided by 1000 twice? Lengths are in m",
+         "is a length in other units than m, or a diameter given as radius?",
+         "are its lengths in millimetres? Lengths are in m"},
+    };
     const SceneBody *body = s->body;
-    const bool large = s->extent > 1.0;
-    // A file's unit is the likeliest cause; each kind of file has its own key for it.
-    if (body->model == MODEL_SURFACE && body->mesh.kind == MESH_FILE)
-        return large ? "is its file in millimetres? mesh = { scale = 0.001; }"
-                     : "is its file in metres already, or in centimetres? mesh = { scale = 0.01; }";
-    if (scene_has_cells(body) && body->voxels.kind == VOXELS_MESH)
-        return large ? "is its file in millimetres? voxels = { scale = 0.001; }"
-                     : "is its file in metres already, or in centimetres? voxels = { scale = 0.01; "
-                       "}";
-    if (scene_has_cells(body) && body->voxels.kind == VOXELS_FILE)
+    const bool cells = scene_has_cells(body);
+    if (cells && body->voxels.kind == VOXELS_FILE)
         return "does its file state its units wrongly? voxels = { scale = 0.001; } (times those)";
-    return large ? "are its lengths in millimetres? Lengths are in m"
-                 : "were its lengths divided by 1000 twice? Lengths are in m";
+    const int source = body->model == MODEL_SURFACE && body->mesh.kind == MESH_FILE ? 0
+                       : cells && body->voxels.kind == VOXELS_MESH                  ? 1
+                                                                                    : 2;
+    return hints[source][s->extent > 30.0 ? 2 : s->extent > 1.0 ? 1 : 0];
 }
 
 static int check_rows(const Subject *subject, const Row *row, int count)

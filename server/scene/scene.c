@@ -349,8 +349,12 @@ bool scene_read(const char *path, Scene *scene, Status *status)
     // The text is checked before libconfig sees it.
     scene->text = scene_source_read(path, &config, status);
     char *folder = scene_source_folder(path);
-    SceneReader reader = {
-        .source = {.path = path, .status = status}, .folder = folder, .scene = scene};
+    SceneReader reader = {.source = {.path = path,
+                                     .status = status,
+                                     .table = scene_table,
+                                     .table_count = SCENE_TABLE_COUNT},
+                          .folder = folder,
+                          .scene = scene};
     bool ok = scene->text != NULL && read_root(&reader, config_root_setting(&config));
     // Keys without effect are known only when all keys are.
     if (ok)

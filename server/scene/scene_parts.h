@@ -175,5 +175,7 @@ char *scene_source_resolve(const char *folder, const char *name);
 char *scene_source_read(const char *path, config_t *config, Status *status);
 // Parses a text that is no file, and includes none; `name` is for errors.
 bool scene_source_parse(const char *name, const char *text, config_t *config, Status *status);
+// Writes what is wrong in a text that libconfig refuses at `line`, and what is right; "": unknown.
+void scene_syntax_cure(const char *text, int line, char *cure, size_t size);
 
 #endif

@@ -13,7 +13,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 enum {
     BYTE_LIMIT = 16 << 20, // of all files, counted as often as they are included
@@ -83,7 +85,7 @@ static char *read_text(const char *path, size_t *bytes, char why[WHY_MAX])
     *bytes += length + BYTES_A_FILE;
     if (strlen(text) == length)
         return text;
-    snprintf(why, WHY_MAX, " holds a zero byte: it is not text");
+    snprintf(why, WHY_MAX, " holds a zero byte: it is not text, or not in UTF-8");
     free(text);
     return NULL;
 }
@@ -241,18 +243,68 @@ static void find_line(const char *text, int line, char shown[LINE_SHOWN + 1])
     snprintf(shown, LINE_SHOWN + 1, "%.*s", (int)strcspn(text, "\r\n"), text);
 }
 
-// Reports the error of libconfig's parser with the text of its line.
-static bool fail_parse(const char *path, const char *text, const config_t *config, Status *status)
+// Reports the error of libconfig's parser with its cure and the text of its line.
+static bool fail_parse(const char *path, const char *folder, const char *text,
+                       const config_t *config, Status *status)
 {
     const char *file = config_error_file(config), *said = config_error_text(config);
-    char shown[LINE_SHOWN + 1] = "";
-    if (file == NULL)
-        find_line(text, config_error_line(config), shown);
-    bool mixed = said != NULL && strstr(said, "mismatched element type") != NULL;
-    return status_fail(status, STATUS_INVALID, "%s:%d: %s%s%s%s", file != NULL ? file : path,
-                       config_error_line(config), said != NULL ? said : "cannot be read",
-                       mixed ? " [ ]: write 0.0 for 0, or use ( )" : "",
-                       shown[0] != '\0' ? ": " : "", shown);
+    const int line = config_error_line(config);
+    char shown[LINE_SHOWN + 1] = "", cure[2 * WHY_MAX] = "", why[WHY_MAX], *included = NULL;
+    // An included file is read again.
+    if (file != NULL) {
+        char *found = scene_source_resolve(folder, file);
+        included = read_text(found, &(size_t){0}, why);
+        text = included;
+        free(found);
+    }
+    if (text != NULL) {
+        find_line(text, line, shown);
+        scene_syntax_cure(text, line, cure, sizeof cure);
+    }
+    if (said != NULL && strstr(said, "mismatched element type") != NULL)
+        snprintf(cure, sizeof cure, "in [ ] write 0.0 for 0, or use ( )");
+    if (said != NULL && strstr(said, "duplicate setting") != NULL)
+        snprintf(cure, sizeof cure, "it is given above, remove one of both");
+    free(included);
+    return status_fail(status, STATUS_INVALID, "%s:%d: %s%s%s%s%s", file != NULL ? file : path,
+                       line, said != NULL ? said : "cannot be read", cure[0] != '\0' ? ": " : "",
+                       cure, shown[0] != '\0' ? ": " : "", shown);
+}
+
+static bool ends_in(const char *path, const char *end)
+{
+    const size_t length = strlen(path), part = strlen(end);
+    return length > part && strcasecmp(path + length - part, end) == 0;
+}
+
+// True with a status that says what to type, if a file that cannot be read as a scene has the name
+// of something else that people have.
+static bool is_other_file(const char *path, Status *status)
+{
+    static const char *const meshes[] = {".stl", ".obj",  ".ply",  ".off", ".vtk", ".vtu",  ".vtp",
+                                         ".msh", ".mesh", ".node", ".ele", ".glb", ".gltf", ".fbx",
+                                         ".3mf", ".dae",  ".step", ".stp", ".wrl", ".gii"};
+    static const char *const volumes[] = {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha",
+                                          ".mhd",  ".mgz",  ".mgh", ".dcm"};
+    const char *what = NULL, *slash = strrchr(path, '/'), *base = slash != NULL ? slash + 1 : path;
+    if (access(path, R_OK) != 0)
+        return false;
+    for (size_t i = 0; i < sizeof meshes / sizeof *meshes; i++)
+        what = ends_in(path, meshes[i]) ? "a mesh" : what;
+    for (size_t i = 0; i < sizeof volumes / sizeof *volumes; i++)
+        what = ends_in(path, volumes[i]) ? "a volume" : what;
+    if (what != NULL)
+        status_fail(
+            status, STATUS_INVALID,
+            "%s: is %s, not a scene; pliant-prepare --propose %s -o %.*s.cfg writes a scene "
+            "for it",
+            path, what, path, (int)strcspn(base, "."), base);
+    else if (ends_in(path, ".h5"))
+        status_fail(status, STATUS_INVALID,
+                    "%s: is no scene; a prepared file or a checkpoint goes with one: --prepared or "
+                    "--resume %s SCENE.cfg",
+                    path, path);
+    return what != NULL || ends_in(path, ".h5");
 }
 
 char *scene_source_read(const char *path, config_t *config, Status *status)
@@ -261,19 +313,27 @@ char *scene_source_read(const char *path, config_t *config, Status *status)
     char why[WHY_MAX] = "";
     char *text = read_text(path, &bytes, why);
     if (text == NULL) {
-        status_fail(status, STATUS_INVALID, "%s%s", path, why);
+        if (!is_other_file(path, status))
+            status_fail(status, STATUS_INVALID, "%s%s", path, why);
         return NULL;
     }
+    // Some editors begin a text with a byte order mark.
+    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0)
+        memset(text, ' ', 3);
     // The scan changes brackets in a copy; the text itself is kept for files that we write.
     char *folder = scene_source_folder(path), *parsed = strdup(text);
     ASSERT(parsed != NULL);
-    Scan scan = {folder, path, 1, 0, &bytes, status};
+    Status why_not = {0};
+    Scan scan = {folder, path, 1, 0, &bytes, &why_not};
     bool ok = scan_text(&scan, parsed);
     if (ok) {
         config_set_include_dir(config, folder);
         ok = config_read_string(config, parsed) == CONFIG_TRUE ||
-             fail_parse(path, text, config, status);
+             fail_parse(path, folder, text, config, &why_not);
     }
+    // What is no scene at all is named as what it is.
+    if (!ok && !is_other_file(path, status))
+        status_fail(status, why_not.code, "%s", why_not.text);
     free(parsed);
     free(folder);
     if (ok)
@@ -293,7 +353,7 @@ bool scene_source_parse(const char *name, const char *text, config_t *config, St
     bool ok = bytes <= BYTE_LIMIT && scan_text(&scan, parsed);
     if (ok)
         ok = config_read_string(config, parsed) == CONFIG_TRUE ||
-             fail_parse(name, text, config, status);
+             fail_parse(name, ".", text, config, status);
     free(parsed);
     return ok;
 }

@@ -55,7 +55,7 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "millimetres?"},
         {"count = [8, 8, 8]; size = 0.01", "count = [8, 8, 8]; size = 1e-5",
          "scene.cfg:2: body \"solid\" measures 0.08 mm"},
-        {"size = 0.01", "size = 0.3", "scene.cfg:2: body \"solid\" weighs 14.5 t"},
+        {"size = 0.01", "size = 0.1", "scene.cfg:2: body \"solid\" weighs 538 kg"},
         {"density = 1050.0", "density = 1.05",
          "scene.cfg:2: body \"solid\" has a density of 1.05 kg/m3: is it in g/cm3?"},
         {"youngs_modulus = 5000.0", "youngs_modulus = 5.0",
@@ -64,6 +64,9 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "scene.cfg:3: body \"wall\" has an areal_density of 1050 kg/m2: is it a density?"},
         {"youngs_modulus_2d = 80.0", "youngs_modulus_2d = 0.08",
          "scene.cfg:3: body \"wall\" has a youngs_modulus_2d of 0.08 N/m: is it in kPa?"},
+        {"youngs_modulus_2d = 80.0", "youngs_modulus_2d = 5e3; damping_time = 1e-4",
+         "scene.cfg:3: body \"wall\" has a youngs_modulus_2d of 5000 N/m: is it in Pa? "
+         "youngs_modulus_2d is that times the wall's thickness in m"},
         {"areal_density = 4.2; }; shape = { frame = \"world\"; };",
          "areal_density = 4.2; damping_time = 0.0; }; shape = { frame = \"world\"; damping_ratio = "
          "0.0; };",
@@ -78,6 +81,14 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "scene.cfg:2: body \"solid\" takes 10000 substeps a tick, by estimate"},
         {"frame = \"world\"; };", "frame = \"world\"; }; theta = 0.6;",
          "scene.cfg:3: theta has no effect: the integrator is not \"implicit\""},
+        // a ball of 2 m, and one of 2 mm
+        {"radius = 0.04;", "radius = 1.0;",
+         "scene.cfg:3: body \"wall\" measures 2 m and weighs 49 kg: is a length in other units "
+         "than m, or a diameter given as radius?"},
+        {"size = 0.01", "size = 0.00025",
+         "scene.cfg:2: body \"solid\" measures 2 mm and weighs 8.4 mg: were its lengths"},
+        {"radius = 0.005", "radius = 5e-6",
+         "scene.cfg:4: tool 1 has a radius of 5e-06 m: were its"},
         {"radius = 0.005", "radius = 5.0",
          "scene.cfg:4: tool 1 has a radius of 5 m: is it in millimetres?"},
         {"to = [0.0, 0.0, 0.1]", "to = [0.0, 0.0, 100.0]", "scene.cfg:4: tool 1 is 100 m long"},
@@ -100,6 +111,28 @@ TEST(a_mesh_in_millimetres_is_told_the_scale_that_mends_it)
     assert_non_null(
         strstr(run.err, "millimetres.cfg:1: body \"organ\" measures 100 m and weighs "));
     expect_in(run.err, "is its file in millimetres? mesh = { scale = 0.001; }");
+}
+
+TEST(what_is_no_scene_is_told_the_command_that_makes_one)
+{
+    static const struct {
+        const char *name, *says;
+    } files[] = {{"organ.stl", "is a mesh, not a scene; pliant-prepare --propose "},
+                 {"organ.OBJ", "is a mesh, not a scene; pliant-prepare --propose "},
+                 {"labels.seg.nrrd", "labels.seg.nrrd -o labels.cfg writes a scene for it"},
+                 {"labels.nii.gz", "is a volume, not a scene; pliant-prepare --propose "},
+                 {"run.h5", "--prepared or --resume "}};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        run_daemon(&run, "--check %s", scratch(files[i].name));
+        expect_in(run.err, "No such file");
+        write_text(scratch(files[i].name), "solid organ\n facet normal 0 0 1\n");
+        run_daemon(&run, "--check %s", scratch(files[i].name));
+        expect_code(&run, 2);
+        expect_in(run.err, files[i].says);
+    }
+    // A scene may have any name.
+    write_text(scratch("scene.stl"), GOOD);
+    run_daemon_well(&run, "--check %s", scratch("scene.stl"));
 }
 
 #if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)

@@ -180,10 +180,11 @@ static const char *const WRONG[][2] = {
     {"kind = \"four\";", "1: kind \"four\" must be one of \"one\", \"two\""},
     {"kind = 4;", "1: kind 4 must be one of \"one\", \"two\""},
     // unknown keys suggest the nearest known one
-    {"rate_hs = 5;", "1: unknown key rate_hs in things: did you mean rate_hz?"},
-    {"rate = 5;", "1: unknown key rate in things: did you mean rate_hz?"},
+    {"rate_hs = 5;", "1: unknown key rate_hs in things: did you mean rate_hz (Hz: Rate)?"},
+    {"rate = 5;", "1: unknown key rate in things: did you mean rate_hz (Hz: Rate)?"},
     {"\ncuont = 5;", "2: unknown key cuont in things: did you mean count?"},
-    {"whatever = 5;", "1: unknown key whatever in things"},
+    {"whatever = 5;", "1: unknown key whatever in things, whose keys are rate_hz, count, kind, "
+                      "flag, gravity, name, file, inner, items, labels"},
 };
 
 TEST(wrong_values_are_refused_in_these_words)

@@ -328,7 +328,8 @@ static const WrongScene WRONG[] = {
     {IN_BODY("materials = ();"), "2: materials means nothing for a surface body"},
     {IN_BODY("skin = {};"), "2: skin means nothing for a surface body"},
     {IN_BODY("material = { youngs_modulus = 1e4; };"),
-     "2: unknown key youngs_modulus in bodies.material: did you mean youngs_modulus_2d?"},
+     "2: unknown key youngs_modulus in bodies.material: did you mean youngs_modulus_2d "
+     "(N/m: Young's modulus times thickness)?"},
     // levels that do not go together are refused
     {IN_BODY("levels = 9;"), "2: levels 9 outside [0, 8]"},
     {IN_BODY("start_level = 1;"), "2: start_level 1 exceeds levels 0"},
@@ -417,10 +418,56 @@ static const WrongScene WRONG[] = {
     {"bodies = ( );", "1: bodies is empty: at least one body"},
     {"", " bodies is missing (The soft bodies: 1 to 64 groups.)"},
     // duplicate keys and syntax errors show their line
-    {"rate_hz = 5;\nrate_hz = 6;\n" BODY, "2: duplicate setting name: rate_hz = 6;"},
-    {"rate_hz = ;\n", "1: syntax error: rate_hz = ;"},
+    {"rate_hz = 5;\nrate_hz = 6;\n" BODY,
+     "2: duplicate setting name: it is given above, remove one of both: rate_hz = 6;"},
+    {"rate_hz = ;\n", "1: syntax error: rate_hz has no value: rate_hz = ;"},
     {"\nname = \"x;\n", "2: a string begins here and does not end"},
-    {"gravity = [nan, 0.0, 0.0];\n", "1: syntax error: gravity = [nan, 0.0, 0.0];"},
+    {"gravity = [nan, 0.0, 0.0];\n",
+     "1: syntax error: nan is no number of a scene: gravity = [nan, 0.0, 0.0];"},
+    // and say what is wrong in it and what is right
+    {"name = ball;\n", "1: syntax error: a text has quotes: \"ball\": name = ball;"},
+    {"name = my organ.stl ;\n",
+     "1: syntax error: a text has quotes: \"my organ.stl\": name = my organ.stl ;"},
+    {"name = 'ball';\n", "1: syntax error: the quotes of a text are \" and \": name = 'ball';"},
+    {"\"name\": \"ball\"\n", "1: syntax error: a key has no quotes: \"name\": \"ball\""},
+    {"remote = yes;\n", "1: syntax error: yes is written true: remote = yes;"},
+    {"remote = off\n", "1: syntax error: off is written false: remote = off"},
+    {"rate_hz = 0,5;\n", "1: syntax error: a decimal has a point: 0.5: rate_hz = 0,5;"},
+    {"gravity = [0,0, 0,0, -9,81];\n",
+     "1: gravity has 6 entries and must be three numbers [x, y, z], with points in decimals, not "
+     "commas"},
+    {"rate_hz = 1.000.0;\n",
+     "1: syntax error: 1.000.0 has more than one point: rate_hz = 1.000.0;"},
+    {"rate_hz = 1 kHz;\n", "1: syntax error: a number has no unit: 1 without kHz, in m, kg, s, N "
+                           "or Pa: rate_hz = 1 kHz;"},
+    {"rate_hz = 5mm;\n",
+     "1: syntax error: a number has no unit: 5 without mm, in m, kg, s, N or Pa: rate_hz = 5mm;"},
+    {"rate_hz = 50%;\n", "1: syntax error: % means nothing here: rate_hz = 50%;"},
+    {"rate_hz 50;\n",
+     "1: syntax error: rate_hz is followed by neither = nor a value, as in rate_hz = ...;: rate_hz "
+     "50;"},
+    {"rate_hz =\nname = \"a\";\n", "2: syntax error: rate_hz has no value: name = \"a\";"},
+    {"gravity = [0 0 1];\n", "1: syntax error: a comma is missing before 0: gravity = [0 0 1];"},
+    {"gravity = [0; 0];\n",
+     "1: syntax error: entries of a list are separated by commas: gravity = [0; 0];"},
+    {"tools = (\nid = 1 );\n",
+     "2: syntax error: keys in a list stand in groups: ( { id = ...; } ): id = 1 );"},
+    {"tools = (\n{ id = 1; );\n",
+     "2: syntax error: ) is here before { of line 2 is closed: { id = 1; );"},
+    {"publish = {\n# }\n/* }\n */", "4: syntax error: { of line 1 is not closed: */"},
+    {"/* yes\n = 0,5 */ # 'x'\nname = \"yes = 0,5\" \"}\"; remote = True;\n};\n",
+     "4: syntax error: } closes nothing: };"},
+    // keys of other groups are sent there, and unknown ones shown what there is
+    {BODY "tool = ();\n", "2: unknown key tool in the scene: did you mean tools?"},
+    {"body = ();\n", "1: unknown key body in the scene: did you mean bodies?"},
+    {"Bodies = ();\n", "1: unknown key Bodies in the scene: did you mean bodies?"},
+    {"time_step = 1e-3;\n", "1: unknown key time_step in the scene: it is a key of bodies"},
+    {IN_BODY("material = { density = 1050.0; };"),
+     "2: unknown key density in bodies.material: did you mean areal_density (kg/m2: Mass per unit "
+     "area)?"},
+    {MESH("zzz = 1;"), "2: unknown key zzz in bodies.mesh, whose keys are file, generator, nodes, "
+                       "subdivisions, rings, "
+                       "segments, columns, rows, radius, width, height, length, scale, place"},
     // integers beyond 32 bits are refused not cut
     // libconfig would read 4294968296 as 1000, a valid rate.
     {"# 4294968296\nrate_hz = 4294968296;\n" BODY, "2: integer 4294968296 does not fit 32 bits"},
@@ -459,8 +506,9 @@ TEST(errors_in_included_files_name_the_included_file)
     scratch_write(&scratch_space, "part.inc", "rate_hz = 99999999999;\n", 23);
     expect_error(include, "part.inc:1: integer 99999999999 does not fit 32 bits");
     scratch_write(&scratch_space, "part.inc", "\n\ngravity = [0, 1.0, 0];\n", 25);
-    expect_error(include, "part.inc:3: mismatched element type in array [ ]: write 0.0 for 0, or "
-                          "use ( )");
+    expect_error(include,
+                 "part.inc:3: mismatched element type in array: in [ ] write 0.0 for 0, or "
+                 "use ( ): gravity = [0, 1.0, 0];");
 }
 
 TEST(includes_that_cannot_be_read_are_named)

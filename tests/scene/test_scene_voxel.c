@@ -369,7 +369,8 @@ static const WrongScene WRONG[] = {
     {VOXELS("file = \"a.nrrd\"; mesh = \"a.stl\"; size = 1;"),
      "2: voxels needs only one of file, mesh or generator"},
     {VOXELS("generator = \"box\"; place = { scale = 2; };"),
-     "2: unknown key scale in bodies.voxels.place"},
+     "2: unknown key scale in bodies.voxels.place: it is a key of bodies.mesh and bodies.voxels "
+     "and bodies.skin"},
     // plane bodies are boxes and discs in their plane
     {VOXELS("generator = \"disc\"; dimensions = 3;"),
      "2: dimensions 3 means nothing for voxels from disc, a plane body"},
@@ -397,7 +398,7 @@ static const WrongScene WRONG[] = {
     {IN_BODY("materials = ( { density = 3; } );"),
      "2: bodies.materials.label is missing (Label in the volume, one of `voxels.label`.)"},
     {IN_BODY("materials = ( { label = 3; damping = 0.1; } );"),
-     "2: unknown key damping in bodies.materials"},
+     "2: unknown key damping in bodies.materials: it is a key of bodies.shape and bodies.material"},
     {IN_BODY("materials = ( 3 );"), "2: materials entry 3 must be a group { ... }"},
     {START "voxels = { generator = \"box\"; };\nmaterials = ( { label = 2; } ); } );",
      "2: label 2 is not among those of voxels"},
@@ -407,7 +408,8 @@ static const WrongScene WRONG[] = {
     {IN_BODY("material = { density = 0; };"), "2: density 0 outside (0, 1e+06]"},
     {IN_BODY("material = { damping = -0.1; };"), "2: damping -0.1 outside [0, 10]"},
     {IN_BODY("material = { youngs_modulus_2d = 80; };"),
-     "2: unknown key youngs_modulus_2d in bodies.material: did you mean youngs_modulus?"},
+     "2: unknown key youngs_modulus_2d in bodies.material: did you mean youngs_modulus (Pa: "
+     "Young's modulus)?"},
     // paper law has no poisson ratio
     {IN_BODY("law = \"miyazaki2004\";\nmaterial = { poisson_ratio = 0.3; };"),
      "3: poisson_ratio 0.3 needs law \"affine\": law \"miyazaki2004\" knows only 0"},
@@ -419,7 +421,7 @@ static const WrongScene WRONG[] = {
     {IN_BODY("skin = { };"), "2: bodies.skin.mesh is missing (OBJ, STL, PLY, OFF or VTK file, "
                              "relative to the scene's folder.)"},
     {IN_BODY("skin = { mesh = \"a.stl\"; place = { zzz = 1; }; };"),
-     "2: unknown key zzz in bodies.skin.place"},
+     "2: unknown key zzz in bodies.skin.place, whose keys are translation, rotation"},
     // bad damping is refused
     {IN_BODY("material = { damping = 0.2;\n damping_time = 1e-3; };"),
      "3: damping_time cannot be mixed with damping"},
