@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# What our documents and comments refer to is there: check_links.sh TOP.
+# What our documents and comments refer to is there: check_links.sh TOP [links]. With `links`, below TOP is what
+# was installed, and only the first of these holds:
 # - Every link of a README leads to a file, and to a heading that it has. Those of config/package/ lead to what is
 #   installed: package_installed looks at them.
 # - A link whose text is a function leads to the file that defines it, as in [`sim_step`](sim/step.c).
@@ -38,6 +39,7 @@ for file in $files; do
         fi
     done
 done
+[ "${2-}" != links ] || exit $failed
 [ "$functions" -ge 20 ] || { echo "hardly any function was seen in the documents: $functions"; failed=1; }
 
 # The citations of the comments below the current folder: file, document and heading (or nothing), by tabs.

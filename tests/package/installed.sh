@@ -5,6 +5,7 @@
 # installed.sh BUILD SANITIZE: a build folder, and what it is sanitized by ("": nothing)
 set -eu
 build=$1 sanitize=${2-}
+links_check=$(realpath "$0" | xargs dirname)/../layering/check_links.sh
 work=$(mktemp -d "${TMPDIR:-/tmp}/pliant-installed-XXXXXX")
 trap 'rm -rf "$work"' EXIT
 prefix=$work/pliant
@@ -60,15 +61,19 @@ fi
 
 # --- documents ---
 
-# Each link of the installed front page leads to what is installed, and nothing there speaks of the source's
-# commands but the line that says so.
+# Each link of each document leads to what is installed, commands name programs on the path and scenes that are
+# there, and the front page does not speak of the source's commands but in the line that says so.
 doc=$(dirname "$(find "$prefix" -path '*/doc/pliant/README.md')")
-links=0
-for link in $(sed -n 's/.*](\([^)]*\)).*/\1/gp' "$doc/README.md" | grep -v '^http'); do
-    [ -e "$doc/$link" ] || die "the installed README.md links to $link, which is not there"
-    links=$((links + 1))
+links=$(find "$prefix" -name '*.md' -exec grep -o ']([^) ]*)' {} + | wc -l)
+[ "$links" -ge 200 ] || die "the installed documents have $links links: the test does not see them"
+sh "$links_check" "$prefix" links >"$work/dead" || { cat "$work/dead" >&2; die "documents lead nowhere"; }
+grep -rn 'build/release/bin' "$prefix" --include='*.md' && die "commands are not on the path"
+scenes=0
+for scene in $(grep -rhoE '(pliantd|--explain) (.* )?/[^ ]*/config/[a-z-]*\.cfg' "$doc" | sed 's/.* //' | sort -u); do
+    [ -e "$scene" ] || die "a command names $scene, which is not there"
+    scenes=$((scenes + 1))
 done
-[ $links -ge 3 ] || die "the installed README.md has $links links: the test does not see them"
+[ $scenes -ge 5 ] || die "only $scenes scenes are named by commands"
 grep -v 'exist only there' "$doc/README.md" | grep -n '\./dev\|build/' &&
     die "the installed README.md names commands of the source"
 
