@@ -7,6 +7,7 @@
 #include "geometry/mesh_repair.h"
 
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 // --- text files, word by word, with the line of each word for error texts ------------------------
@@ -53,6 +54,60 @@ typedef struct Shown {
 } Shown;
 Shown word_show(Word word);
 
+// --- binary numbers ------------------------------------------------------------------------------
+
+typedef struct NumberType {
+    const char *name;
+    int size; // [bytes]
+    bool real, sign;
+} NumberType;
+
+double number_decode(const char *at, NumberType type, bool big_endian);
+
+// --- cells ---------------------------------------------------------------------------------------
+
+// UNKNOWN: cells that cannot be left out, so that cells_finish refuses them. SKIPPED: points and
+// lines.
+typedef enum CellShape {
+    CELL_UNKNOWN,
+    CELL_SKIPPED,
+    CELL_POLYGON,
+    CELL_STRIP,
+    CELL_TRIANGLE,
+    CELL_QUAD,
+    CELL_PIXEL,
+    CELL_TETRAHEDRON,
+    CELL_VOXEL,
+    CELL_HEXAHEDRON,
+    CELL_WEDGE,
+    CELL_PYRAMID,
+    CELL_SHAPES
+} CellShape;
+
+typedef struct CellKind {
+    CellShape shape;
+    bool curved; // more nodes than corners, behind them
+} CellKind;
+
+// Cells of a file, as a reader adds them. Initialize with the draft, which cells_finish completes.
+typedef struct MeshCells {
+    MeshDraft *draft; // nodes, and faces that the file gives
+    MeshDraft faces;  // of solid cells
+    int *corner;      // [count] nodes of the cell that is being read
+    int count, capacity;
+    int solid, curved, unknown; // cells
+    int beside;                 // faces beside solid cells, which are not taken
+    bool ras, lps;              // the frame that the file's data state
+} MeshCells;
+
+void cells_corner(MeshCells *cells, int node);
+// Ends a cell of the corners since the last one; false if they are too few.
+bool cells_end_cell(MeshCells *cells, CellKind kind, int line);
+// Leaves in the draft the border of the solid cells, the faces that belong to one of them, if there
+// is any; else the faces. Fails without either.
+bool cells_finish(MeshCells *cells, const char *path, Status *status);
+void cells_destroy(MeshCells *cells);
+
 // --- formats -------------------------------------------------------------------------------------
 
 // Wavefront OBJ: adds the v, vt and f lines to a draft, or fails with file and line. Refuses faces
@@ -76,12 +131,16 @@ bool ply_is(const FileBytes *file);
 // `format` to "ASCII PLY" and the like.
 bool ply_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
 
-// Legacy VTK with DATASET POLYDATA: ASCII and binary.
-// True if the file begins as a legacy VTK file does.
+// Readers of cells, of which each knows its files by their beginning, adds their points and cells,
+// and sets `format` to "ASCII VTK" and the like.
+// Legacy VTK with DATASET POLYDATA or UNSTRUCTURED_GRID: ASCII and binary.
 bool vtk_is(const FileBytes *file);
-// Adds points, polygons and strips to a draft, or fails. Sets `format` to "ASCII VTK" or "binary
-// VTK".
-bool vtk_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status);
+bool vtk_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
+// The kind of a cell by the number that VTK has for it.
+CellKind vtk_kind(double type);
+// VTK's XML: VTP and VTU.
+bool vtk_xml_is(const FileBytes *file);
+bool vtk_xml_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
 
 // STL, ASCII and binary.
 // Each adds triangles to a draft, three nodes per triangle, or fails with file and line.

@@ -48,15 +48,6 @@ static MeshFrame frame_of(const char *start, size_t size)
     return memmem(start, size, "SPACE=LPS", 9) != NULL ? FRAME_LPS : FRAME_UNSTATED;
 }
 
-const char *mesh_frame(const char *path)
-{
-    static const char *const says[] = {"states no frame", "states LPS",
-                                       "states RAS and was turned to LPS"};
-    char text[START + 1];
-    read_start(path, text);
-    return says[frame_of(text, strlen(text))];
-}
-
 // --- the file ------------------------------------------------------------------------------------
 
 static bool read_bytes(int descriptor, FileBytes *file, Status *status)
@@ -158,8 +149,6 @@ static bool refuse_binary(const FileBytes *file, size_t triangles, Status *statu
 #define BY_ASSIMP    "convert it with assimp export FILE NEW.stl (Debian: assimp-utils)"
 #define BY_GMSH      "mesh its surface with gmsh FILE -2 -o NEW.stl"
 #define BY_GMSH_SAVE "convert its triangles with gmsh FILE -save -o NEW.stl"
-#define BY_PARAVIEW                                                                                \
-    "open it in ParaView, apply Extract Surface and Triangulate, and save that as STL"
 static const struct {
     size_t at;
     const char *magic, *name, *cure;
@@ -189,9 +178,6 @@ static const struct {
 static const struct {
     const char *first, *word, *name, *cure;
 } TEXTS[] = {
-    {"<", "type=\"PolyData\"", "VTK's XML (VTP)", BY_PARAVIEW},
-    {"<", "type=\"UnstructuredGrid\"", "VTK's XML (VTU)", BY_PARAVIEW},
-    {"<", "<VTKFile", "VTK's XML", BY_PARAVIEW},
     {"<", "<COLLADA", "COLLADA", BY_ASSIMP},
     {"<", "<X3D", "X3D", BY_ASSIMP},
     {"<", "<GIFTI", "GIFTI", "convert it with mris_convert FILE NEW.stl"},
@@ -263,15 +249,47 @@ static bool read_miscounted(const FileBytes *file, bool mends, MeshDraft *draft,
     return stl_read_binary(file, held, draft, status);
 }
 
-static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *draft,
+// Reads the formats that have cells; false if the file is of another.
+static bool read_cells(const FileBytes *file, MeshCells *cells, MeshImport *import, bool *ok,
+                       Status *status)
+{
+    static const struct {
+        bool (*is)(const FileBytes *file);
+        bool (*read)(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
+    } readers[] = {{vtk_is, vtk_read}, {vtk_xml_is, vtk_xml_read}};
+    size_t i = 0;
+    while (i < sizeof readers / sizeof *readers && !readers[i].is(file))
+        i++;
+    if (i == sizeof readers / sizeof *readers)
+        return false;
+    *ok = readers[i].read(file, cells, &import->format, status) &&
+          cells_finish(cells, file->path, status);
+    return true;
+}
+
+// Says what a user may not expect of a file with cells.
+static void remark_cells(const MeshCells *cells, MeshImport *import)
+{
+    if (cells->solid > 0)
+        add_remark(import, "its %d solid cells are taken by their border, %d faces", cells->solid,
+                   cells->draft->polygon_count);
+    if (cells->beside > 0)
+        add_remark(import, "%d faces beside them are not read", cells->beside);
+    if (cells->curved > 0)
+        add_remark(import, "%d curved cells are taken with straight edges", cells->curved);
+}
+
+static bool read_draft(FileBytes *file, const MeshMending *mending, MeshCells *cells,
                        MeshImport *import, Status *status)
 {
+    MeshDraft *draft = cells->draft;
     const char **format = &import->format;
-    // By content: PLY and VTK have magic words, a binary STL the right size.
+    bool ok;
+    // By content: PLY and formats of cells have magic words, a binary STL the right size.
     if (ply_is(file))
         return ply_read(file, draft, format, status);
-    if (vtk_is(file))
-        return vtk_read(file, draft, format, status);
+    if (read_cells(file, cells, import, &ok, status))
+        return ok;
     // A binary STL may begin with 'solid' like a text, but no text has just this size, because four
     // characters read as a count announce more than 25 GB.
     size_t count = stl_binary_count(file);
@@ -300,15 +318,44 @@ static bool read_draft(FileBytes *file, const MeshMending *mending, MeshDraft *d
 }
 
 // Turns by 180 degrees about z, which changes no digit.
-static void turn_to_lps(MeshDraft *draft, MeshImport *import)
+static void turn_to_lps(MeshDraft *draft, const char *states, MeshImport *import)
 {
     for (int i = 0; i < draft->node_count; i++) {
         draft->position[i].x = -draft->position[i].x;
         draft->position[i].y = -draft->position[i].y;
     }
     add_remark(import,
-               "its first lines state SPACE=RAS: turned to LPS, the frame of label volumes, "
-               "by 180 degrees about z");
+               "its %s SPACE=RAS: turned to LPS, the frame of label volumes, "
+               "by 180 degrees about z",
+               states);
+}
+
+// The frame that a file states in its first lines, or that its field data do, as VTK's XML has it.
+static MeshFrame stated_frame(const FileBytes *file, const MeshCells *cells)
+{
+    const MeshFrame first = frame_of(file->bytes, file->size);
+    return first != FRAME_UNSTATED ? first
+           : cells->ras            ? FRAME_RAS
+           : cells->lps            ? FRAME_LPS
+                                   : FRAME_UNSTATED;
+}
+
+const char *mesh_frame(const char *path)
+{
+    static const char *const says[] = {"states no frame", "states LPS",
+                                       "states RAS and was turned to LPS"};
+    FileBytes file;
+    if (!read_file(path, &file, &(Status){0}))
+        return says[FRAME_UNSTATED];
+    MeshDraft draft = {0};
+    MeshCells cells = {.draft = &draft};
+    if (vtk_xml_is(&file))
+        vtk_xml_read(&file, &cells, &(const char *){NULL}, &(Status){0});
+    const MeshFrame frame = stated_frame(&file, &cells);
+    cells_destroy(&cells);
+    mesh_draft_destroy(&draft);
+    free(file.bytes);
+    return says[frame];
 }
 
 static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh, MeshImport *import,
@@ -347,17 +394,21 @@ bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *
         return false;
     // Everything into a draft first, which the repairs turn into a mesh.
     MeshDraft draft = {.weld = mending->weld};
+    MeshCells cells = {.draft = &draft};
     Status said = {0};
-    bool ok = read_draft(&file, mending, &draft, import, &said);
+    bool ok = read_draft(&file, mending, &cells, import, &said);
     // A draft that is full has refused the rest in silence.
     if (draft.full)
         ok = status_fail(status, STATUS_INVALID, "%s: more than %d nodes, corners or faces", path,
                          MESH_COUNT_MAX);
     else if (!ok)
         status_fail(status, said.code, "%s", said.text);
-    if (ok && frame_of(file.bytes, file.size) == FRAME_RAS)
-        turn_to_lps(&draft, import);
+    if (ok)
+        remark_cells(&cells, import);
+    if (ok && stated_frame(&file, &cells) == FRAME_RAS)
+        turn_to_lps(&draft, cells.ras ? "field data state" : "first lines state", import);
     ok = ok && repair(&file, &draft, mesh, import, status);
+    cells_destroy(&cells);
     mesh_draft_destroy(&draft);
     free(file.bytes);
     return ok;

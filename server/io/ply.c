@@ -14,33 +14,21 @@
 
 enum { ELEMENTS = 32, PROPERTIES = 256 };
 
-typedef enum PlyType {
-    PLY_INT8,
-    PLY_UINT8,
-    PLY_INT16,
-    PLY_UINT16,
-    PLY_INT32,
-    PLY_UINT32,
-    PLY_FLOAT32,
-    PLY_FLOAT64,
-    PLY_TYPES
-} PlyType;
-
-static const struct {
-    const char *name, *other;
-    int size; // [bytes]
-} TYPES[PLY_TYPES] = {
-    [PLY_INT8] = {"char", "int8", 1},        [PLY_UINT8] = {"uchar", "uint8", 1},
-    [PLY_INT16] = {"short", "int16", 2},     [PLY_UINT16] = {"ushort", "uint16", 2},
-    [PLY_INT32] = {"int", "int32", 4},       [PLY_UINT32] = {"uint", "uint32", 4},
-    [PLY_FLOAT32] = {"float", "float32", 4}, [PLY_FLOAT64] = {"double", "float64", 8},
+// Each under its two names.
+static const NumberType TYPES[] = {
+    {"char", 1, false, true},    {"int8", 1, false, true},    {"uchar", 1, false, false},
+    {"uint8", 1, false, false},  {"short", 2, false, true},   {"int16", 2, false, true},
+    {"ushort", 2, false, false}, {"uint16", 2, false, false}, {"int", 4, false, true},
+    {"int32", 4, false, true},   {"uint", 4, false, false},   {"uint32", 4, false, false},
+    {"float", 4, true, true},    {"float32", 4, true, true},  {"double", 8, true, true},
+    {"float64", 8, true, true},
 };
 
 typedef enum PlyRole { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_CORNERS } PlyRole;
 
 typedef struct PlyProperty {
-    PlyType type;
-    PlyType count_type; // of a list
+    NumberType type;
+    NumberType count_type; // of a list
     bool is_list;
     PlyRole role;
 } PlyProperty;
@@ -82,12 +70,12 @@ static bool header_fail(Ply *ply, int line, const char *what, Word word)
                        word_show(word).text);
 }
 
-static bool read_type(Ply *ply, PlyType *type)
+static bool read_type(Ply *ply, NumberType *type)
 {
     Word word = text_word(&ply->text);
-    for (int i = 0; i < PLY_TYPES; i++)
-        if (word_is(word, TYPES[i].name) || word_is(word, TYPES[i].other)) {
-            *type = (PlyType)i;
+    for (size_t i = 0; i < sizeof TYPES / sizeof *TYPES; i++)
+        if (word_is(word, TYPES[i].name)) {
+            *type = TYPES[i];
             return true;
         }
     return header_fail(ply, word.line, "unknown type", word);
@@ -153,7 +141,7 @@ static bool read_property(Ply *ply, int line)
     if (property.is_list) {
         if (!read_type(ply, &property.count_type))
             return false;
-        if (property.count_type >= PLY_FLOAT32)
+        if (property.count_type.real)
             return header_fail(ply, line, "the count of a list must be an integer:", word);
     } else {
         ply->text = before;
@@ -258,46 +246,15 @@ static bool ends_early(Ply *ply)
     return element_fail(ply, what);
 }
 
-static double binary_number(const char *at, PlyType type, PlyFormat format)
-{
-    // The bytes in the order of the format.
-    uint64_t bits = 0;
-    int size = TYPES[type].size;
-    for (int i = 0; i < size; i++) {
-        int byte = format == PLY_BIG ? i : size - 1 - i;
-        bits = bits << 8 | (unsigned char)at[byte];
-    }
-    // As the type says.
-    float single;
-    double number;
-    uint32_t low = (uint32_t)bits;
-    switch (type) {
-    case PLY_INT8:
-        return (double)(int8_t)bits;
-    case PLY_INT16:
-        return (double)(int16_t)bits;
-    case PLY_INT32:
-        return (double)(int32_t)bits;
-    case PLY_FLOAT32:
-        memcpy(&single, &low, sizeof single);
-        return (double)single;
-    case PLY_FLOAT64:
-        memcpy(&number, &bits, sizeof number);
-        return number;
-    default:
-        return (double)bits;
-    }
-}
-
 // Reads the next number of the element.
-static bool read_number(Ply *ply, PlyType type, double *number)
+static bool read_number(Ply *ply, NumberType type, double *number)
 {
     // Binary numbers follow one another without separation.
     if (ply->format != PLY_ASCII) {
-        if (ply->text.end - ply->at < TYPES[type].size)
+        if (ply->text.end - ply->at < type.size)
             return ends_early(ply);
-        *number = binary_number(ply->at, type, ply->format);
-        ply->at += TYPES[type].size;
+        *number = number_decode(ply->at, type, ply->format == PLY_BIG);
+        ply->at += type.size;
         return true;
     }
     // In a text they are words of one line.

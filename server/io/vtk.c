@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Legacy VTK files with a surface (DATASET POLYDATA), ASCII and binary (big-endian), with cells as
-// before and since version 5.1. Reads POINTS, POLYGONS and TRIANGLE_STRIPS; skips lines, points and
-// metadata; ends where data of points and cells begin. Allocates nothing that the file only
-// announces.
+// Legacy VTK files with a surface or with cells (DATASET POLYDATA or UNSTRUCTURED_GRID), ASCII and
+// binary (big-endian), with cells as before and since version 5.1. Reads POINTS, POLYGONS,
+// TRIANGLE_STRIPS, CELLS and CELL_TYPES; skips lines, points and metadata; ends where data of
+// points and cells begin. Allocates nothing that the file only announces.
 #include "io/mesh_formats.h"
 
 #include <limits.h>
@@ -12,14 +12,8 @@
 
 static const char FIRST[] = "# vtk DataFile Version";
 
-// A kind of number; in texts all are words.
-typedef struct VtkType {
-    const char *name;
-    int size; // [bytes]
-    bool real, sign;
-} VtkType;
-
-static const VtkType TYPES[] = {
+// In texts all are words.
+static const NumberType TYPES[] = {
     {"float", 4, true, true},          {"double", 8, true, true},
     {"int", 4, false, true},           {"vtktypeint64", 8, false, true},
     {"vtkIdType", 4, false, true},     {"unsigned_char", 1, false, false},
@@ -27,14 +21,56 @@ static const VtkType TYPES[] = {
     {"long", 8, false, true},          {"unsigned_short", 2, false, false},
     {"unsigned_int", 4, false, false}, {"unsigned_long", 8, false, false},
     {"vtktypeuint64", 8, false, false}};
-static const VtkType CELL_INT = {"int", 4, false, true};
+static const NumberType CELL_INT = {"int", 4, false, true};
 
 typedef struct Vtk {
     Text text;
     bool binary;
+    MeshCells *to;
     MeshDraft *draft;
+    Text cells; // where CELLS began, which are read with their types; without them NULL
     Status *status;
 } Vtk;
+
+// The cells of a keyword: all of one kind, or of the types at a cursor.
+typedef struct Kinds {
+    CellKind all;
+    Text *types;
+} Kinds;
+
+// The kinds by VTK's numbers; what is missing is unknown.
+static const CellKind KINDS[] = {
+    [0] = {CELL_SKIPPED, false},      [1] = {CELL_SKIPPED, false},
+    [2] = {CELL_SKIPPED, false},      [3] = {CELL_SKIPPED, false},
+    [4] = {CELL_SKIPPED, false},      [5] = {CELL_TRIANGLE, false},
+    [6] = {CELL_STRIP, false},        [7] = {CELL_POLYGON, false},
+    [8] = {CELL_PIXEL, false},        [9] = {CELL_QUAD, false},
+    [10] = {CELL_TETRAHEDRON, false}, [11] = {CELL_VOXEL, false},
+    [12] = {CELL_HEXAHEDRON, false},  [13] = {CELL_WEDGE, false},
+    [14] = {CELL_PYRAMID, false},     [21] = {CELL_SKIPPED, true},
+    [22] = {CELL_TRIANGLE, true},     [23] = {CELL_QUAD, true},
+    [24] = {CELL_TETRAHEDRON, true},  [25] = {CELL_HEXAHEDRON, true},
+    [26] = {CELL_WEDGE, true},        [27] = {CELL_PYRAMID, true},
+    [28] = {CELL_QUAD, true},         [29] = {CELL_HEXAHEDRON, true},
+    [30] = {CELL_QUAD, true},         [31] = {CELL_WEDGE, true},
+    [32] = {CELL_WEDGE, true},        [33] = {CELL_HEXAHEDRON, true},
+    [34] = {CELL_TRIANGLE, true},     [35] = {CELL_SKIPPED, true},
+    [37] = {CELL_PYRAMID, true},      [68] = {CELL_SKIPPED, true},
+    [69] = {CELL_TRIANGLE, true},     [70] = {CELL_QUAD, true},
+    [71] = {CELL_TETRAHEDRON, true},  [72] = {CELL_HEXAHEDRON, true},
+    [73] = {CELL_WEDGE, true},        [74] = {CELL_PYRAMID, true},
+    [75] = {CELL_SKIPPED, true},      [76] = {CELL_TRIANGLE, true},
+    [77] = {CELL_QUAD, true},         [78] = {CELL_TETRAHEDRON, true},
+    [79] = {CELL_HEXAHEDRON, true},   [80] = {CELL_WEDGE, true},
+    [81] = {CELL_PYRAMID, true},
+};
+enum { KIND_COUNT = sizeof KINDS / sizeof *KINDS };
+static const Kinds POLYGONS = {{CELL_POLYGON, false}, NULL}, STRIPS = {{CELL_STRIP, false}, NULL};
+
+CellKind vtk_kind(double type)
+{
+    return type >= 0.0 && type < KIND_COUNT ? KINDS[(int)type] : (CellKind){CELL_UNKNOWN, false};
+}
 
 bool vtk_is(const FileBytes *file)
 {
@@ -53,24 +89,8 @@ static bool vtk_fail(const Vtk *vtk, const char *what, Word word)
 
 // --- numbers ---
 
-static double number_at(const char *at, VtkType type)
-{
-    uint64_t bits = 0;
-    for (int i = 0; i < type.size; i++)
-        bits = bits << 8 | (unsigned char)at[i];
-    const uint32_t low = (uint32_t)bits;
-    float single;
-    double number;
-    memcpy(&single, &low, sizeof single);
-    memcpy(&number, &bits, sizeof number);
-    if (type.real)
-        return type.size == 4 ? (double)single : number;
-    const int unused = 64 - 8 * type.size;
-    return type.sign ? (double)((int64_t)(bits << unused) >> unused) : (double)bits;
-}
-
 // Reads the next number at a cursor of the file.
-static bool read_at(const Vtk *vtk, Text *text, VtkType type, double *number)
+static bool read_at(const Vtk *vtk, Text *text, NumberType type, double *number)
 {
     if (!vtk->binary) {
         const Word word = text_word_anywhere(text);
@@ -81,13 +101,13 @@ static bool read_at(const Vtk *vtk, Text *text, VtkType type, double *number)
     if (text->end - text->at < type.size)
         return status_fail(vtk->status, STATUS_INVALID, "%s: the file ends inside its %s",
                            vtk->text.path, type.real ? "points" : "cells");
-    *number = number_at(text->at, type);
+    *number = number_decode(text->at, type, true);
     text->at += type.size;
     return true;
 }
 
 // Reads an index or count of cells, which fits an int.
-static bool read_index(const Vtk *vtk, Text *text, VtkType type, int *index)
+static bool read_index(const Vtk *vtk, Text *text, NumberType type, int *index)
 {
     double number;
     if (!read_at(vtk, text, type, &number))
@@ -99,7 +119,7 @@ static bool read_index(const Vtk *vtk, Text *text, VtkType type, int *index)
     return true;
 }
 
-static bool skip_numbers(Vtk *vtk, VtkType type, double count)
+static bool skip_numbers(Vtk *vtk, NumberType type, double count)
 {
     double number;
     if (vtk->binary && (double)(vtk->text.end - vtk->text.at) >= count * type.size) {
@@ -125,7 +145,7 @@ static bool read_count(Vtk *vtk, int *count)
 }
 
 // Reads the name of a type, and goes to the line behind, where its numbers begin.
-static bool read_type(Vtk *vtk, VtkType *type)
+static bool read_type(Vtk *vtk, NumberType *type)
 {
     const Word word = text_word(&vtk->text);
     for (size_t i = 0; i < sizeof TYPES / sizeof *TYPES; i++)
@@ -142,7 +162,7 @@ static bool read_type(Vtk *vtk, VtkType *type)
 static bool read_points(Vtk *vtk)
 {
     int count = 0;
-    VtkType type = CELL_INT;
+    NumberType type = CELL_INT;
     if (!read_count(vtk, &count) || !read_type(vtk, &type))
         return false;
     for (int i = 0; i < count && !vtk->draft->full; i++) {
@@ -155,38 +175,36 @@ static bool read_points(Vtk *vtk)
     return true;
 }
 
-// Adds a polygon, or the triangles of a strip, of the next `size` points.
-static bool add_cell(Vtk *vtk, Text *text, VtkType type, int size, bool strip)
+// Adds a cell of the next `size` points.
+static bool add_cell(const Vtk *vtk, Text *text, NumberType type, int size, Kinds kinds)
 {
-    MeshDraft *draft = vtk->draft;
-    int corner[3] = {0, 0, 0};
-    for (int k = 0; k < size && !draft->full; k++) {
-        if (!read_index(vtk, text, type, &corner[2]))
+    CellKind kind = kinds.all;
+    double number;
+    int corner = 0;
+    if (kinds.types != NULL) {
+        if (!read_at(vtk, kinds.types, CELL_INT, &number))
             return false;
-        if (!strip)
-            mesh_draft_add_corner(draft, corner[2], -1);
-        // Every second triangle of a strip runs the other way.
-        for (int i = 0; strip && k >= 2 && i < 3; i++)
-            mesh_draft_add_corner(draft, corner[i == 2 ? 2 : (i + k) % 2], -1);
-        if (strip && k >= 2)
-            mesh_draft_end_polygon(draft, vtk->binary ? 0 : text->line);
-        corner[0] = corner[1];
-        corner[1] = corner[2];
+        kind = vtk_kind(number);
     }
-    if (!strip)
-        mesh_draft_end_polygon(draft, vtk->binary ? 0 : text->line);
-    return true;
+    for (int k = 0; k < size; k++) {
+        if (!read_index(vtk, text, type, &corner))
+            return false;
+        cells_corner(vtk->to, corner);
+    }
+    return cells_end_cell(vtk->to, kind, vtk->binary ? 0 : text->line) ||
+           status_fail(vtk->status, STATUS_INVALID, "%s: a cell of %d points has more corners",
+                       vtk->text.path, size);
 }
 
 // Since version 5.1: where each cell begins among the points, then those of all.
-static bool read_offset_cells(Vtk *vtk, int offsets, int points, bool keep, bool strip)
+static bool read_offset_cells(Vtk *vtk, int offsets, int points, const Kinds *kinds)
 {
-    VtkType type = CELL_INT;
+    NumberType type = CELL_INT;
     text_word_anywhere(&vtk->text); // OFFSETS
     if (!read_type(vtk, &type))
         return false;
     Text offset = vtk->text;
-    const VtkType offset_type = type;
+    const NumberType offset_type = type;
     if (!skip_numbers(vtk, type, offsets))
         return false;
     const Word word = text_word_anywhere(&vtk->text);
@@ -194,7 +212,7 @@ static bool read_offset_cells(Vtk *vtk, int offsets, int points, bool keep, bool
         return vtk_fail(vtk, "CONNECTIVITY expected, not", word);
     if (!read_type(vtk, &type))
         return false;
-    if (!keep)
+    if (kinds == NULL)
         return skip_numbers(vtk, type, points);
     int before = 0, end = 0;
     for (int i = 0; i < offsets && !vtk->draft->full; i++, before = end) {
@@ -203,14 +221,14 @@ static bool read_offset_cells(Vtk *vtk, int offsets, int points, bool keep, bool
         if (end < before || end > points)
             return status_fail(vtk->status, STATUS_INVALID, "%s: offset %d of %d is %d, after %d",
                                vtk->text.path, i, offsets, end, before);
-        if (i > 0 && !add_cell(vtk, &vtk->text, type, end - before, strip))
+        if (i > 0 && !add_cell(vtk, &vtk->text, type, end - before, *kinds))
             return false;
     }
     return true;
 }
 
-// Reads or skips the cells of a keyword.
-static bool read_cells(Vtk *vtk, bool keep, bool strip)
+// Reads the cells of a keyword; without kinds skips them.
+static bool read_cells(Vtk *vtk, const Kinds *kinds)
 {
     int count = 0, total = 0;
     if (!read_count(vtk, &count) || !read_count(vtk, &total))
@@ -218,16 +236,37 @@ static bool read_cells(Vtk *vtk, bool keep, bool strip)
     text_next_line(&vtk->text);
     Text ahead = vtk->text;
     if (word_is(text_word_anywhere(&ahead), "OFFSETS"))
-        return read_offset_cells(vtk, count, total, keep, strip);
-    if (!keep)
+        return read_offset_cells(vtk, count, total, kinds);
+    if (kinds == NULL)
         return skip_numbers(vtk, CELL_INT, total);
     for (int i = 0; i < count && !vtk->draft->full; i++) {
         int size = 0;
         if (!read_index(vtk, &vtk->text, CELL_INT, &size) ||
-            !add_cell(vtk, &vtk->text, CELL_INT, size, strip))
+            !add_cell(vtk, &vtk->text, CELL_INT, size, *kinds))
             return false;
     }
     return true;
+}
+
+// Reads CELLS with the types that follow them.
+static bool read_typed_cells(Vtk *vtk)
+{
+    int count = 0;
+    if (vtk->cells.at == NULL || !read_count(vtk, &count))
+        return status_fail(vtk->status, STATUS_INVALID, "%s: CELL_TYPES before CELLS",
+                           vtk->text.path);
+    text_next_line(&vtk->text);
+    Text types = vtk->text;
+    if (!skip_numbers(vtk, CELL_INT, count))
+        return false;
+    const Text behind = vtk->text;
+    // No more cells than have types.
+    types.end = behind.at;
+    vtk->text = vtk->cells;
+    const bool ok = read_cells(vtk, &(Kinds){.types = &types});
+    vtk->text = behind;
+    vtk->cells.at = NULL; // or many CELL_TYPES would read them as often
+    return ok;
 }
 
 // --- the file ---
@@ -240,7 +279,7 @@ static bool skip_field(Vtk *vtk)
     if (!read_count(vtk, &arrays))
         return false;
     for (int i = 0; i < arrays; i++) {
-        VtkType type = CELL_INT;
+        NumberType type = CELL_INT;
         text_word_anywhere(&vtk->text); // name
         if (!read_count(vtk, &components) || !read_count(vtk, &tuples) || !read_type(vtk, &type) ||
             !skip_numbers(vtk, type, (double)components * tuples))
@@ -255,11 +294,17 @@ static bool read_part(Vtk *vtk, Word word, bool *ended)
     if (word_is(word, "POINTS"))
         return read_points(vtk);
     if (word_is(word, "POLYGONS"))
-        return read_cells(vtk, true, false);
+        return read_cells(vtk, &POLYGONS);
     if (word_is(word, "TRIANGLE_STRIPS"))
-        return read_cells(vtk, true, true);
+        return read_cells(vtk, &STRIPS);
     if (word_is(word, "VERTICES") || word_is(word, "LINES"))
-        return read_cells(vtk, false, false);
+        return read_cells(vtk, NULL);
+    if (word_is(word, "CELLS")) {
+        vtk->cells = vtk->text;
+        return read_cells(vtk, NULL);
+    }
+    if (word_is(word, "CELL_TYPES"))
+        return read_typed_cells(vtk);
     if (word_is(word, "FIELD"))
         return skip_field(vtk);
     *ended = word.size == 0 || word_is(word, "POINT_DATA") || word_is(word, "CELL_DATA");
@@ -285,18 +330,19 @@ static bool read_header(Vtk *vtk)
     if (!word_is(text_word_anywhere(&vtk->text), "DATASET"))
         return vtk_fail(vtk, "DATASET expected behind", format);
     const Word set = text_word(&vtk->text);
-    if (!word_is(set, "POLYDATA"))
+    if (!word_is(set, "POLYDATA") && !word_is(set, "UNSTRUCTURED_GRID"))
         return vtk_fail(vtk,
-                        "of VTK's data sets only POLYDATA is a surface: in ParaView Extract "
-                        "Surface makes it of",
+                        "of VTK's data sets POLYDATA and UNSTRUCTURED_GRID are read: in ParaView "
+                        "Extract Surface makes the first of",
                         set);
     vtk->binary = binary;
     return true;
 }
 
-bool vtk_read(const FileBytes *file, MeshDraft *draft, const char **format, Status *status)
+bool vtk_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status)
 {
-    Vtk vtk = {.text = text_start(file), .draft = draft, .status = status};
+    MeshDraft *draft = cells->draft;
+    Vtk vtk = {.text = text_start(file), .to = cells, .draft = draft, .status = status};
     bool ended = false, ok = read_header(&vtk);
     *format = vtk.binary ? "binary VTK" : "ASCII VTK";
     while (ok && !ended && !draft->full)

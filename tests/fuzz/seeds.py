@@ -3,12 +3,14 @@
 """Writes the first files of corpus/: small valid inputs of every kind. They are committed, so this
 runs only when a format changes: seeds.py (needs python3 and lcm-gen). Files that a fuzzer found
 stay as they are; their names begin with "found-"."""
+import base64
 import gzip
 import os
 import struct
 import subprocess
 import sys
 import tempfile
+import zlib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TYPES = os.path.join(HERE, "..", "..", "lcmtypes")
@@ -29,6 +31,46 @@ POINTS = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
 FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
 QUADS = [(0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
 BASE = [(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0), (0.05, 0.05, 0.1)]
+
+
+PACKED = " compressor='vtkZLibDataCompressor'"
+
+
+def vtk_xml(name, packed, form, grid):
+    behind = b""
+
+    def array(label, kind, letter, numbers):
+        nonlocal behind
+        data = struct.pack("<%d%s" % (len(numbers), letter), *numbers)
+        tag = "<DataArray type='%s' Name='%s' format='%s' offset='%d'>" % (kind, label, form, len(behind))
+        if form == "ascii":
+            return (tag + " ".join("%g" % n for n in numbers) + "</DataArray>\n").encode()
+        if packed:
+            blocks = [zlib.compress(data[i:i + 8]) for i in range(0, len(data), 8)]
+            head = struct.pack("<%dI" % (3 + len(blocks)), len(blocks), 8, len(data) % 8, *map(len, blocks))
+            data = b"".join(blocks)
+        else:
+            head = struct.pack("<I", len(data))
+        text = head + data if "raw" in name else base64.b64encode(head) + base64.b64encode(data)
+        if form == "binary":
+            return tag.encode() + text + b"</DataArray>\n"
+        behind += text
+        return tag.encode() + b"</DataArray>\n"
+
+    part, count = ("Cells", "Cells='1'") if grid else ("Polys", "Polys='4'")
+    body = array("Points", "Float32", "f", sum(POINTS, ()))
+    cells = array("connectivity", "Int32", "i", range(4) if grid else sum(FACES, ()))
+    cells += array("offsets", "Int64", "q", (4,) if grid else (3, 6, 9, 12))
+    cells += array("types", "UInt8", "B", (10,)) if grid else b""
+    space = array("SPACE", "String", "B", b"RAS\0").replace(b"DataArray", b"Array")
+    data = ("<VTKFile type='%s' header_type='UInt32'%s>" % ("UnstructuredGrid" if grid else "PolyData", packed)
+            + "<FieldData>").encode() + space + b"</FieldData>"
+    data += ("<Piece NumberOfPoints='4' NumberOf%s><Points>" % count).encode() + body
+    data += ("</Points><%s>" % part).encode() + cells + ("</%s></Piece>" % part).encode()
+    if behind:
+        data += ("<AppendedData encoding='%s'>_" % ("raw" if "raw" in name else "base64")).encode() + behind
+        data += b"</AppendedData>"
+    return data + b"</VTKFile>\n"
 
 
 def meshes():
@@ -63,6 +105,12 @@ def meshes():
     put("vtk", "offsets", (vtk % ("5.1", "BINARY") + "POINTS 4 float\n").encode() + floats
         + b"\nMETADATA\nINFORMATION 0\n\nPOLYGONS 5 12\nOFFSETS vtktypeint64\n" + struct.pack(">5q", 0, 3, 6, 9, 12)
         + b"\nCONNECTIVITY vtktypeint64\n" + b"".join(struct.pack(">3q", *f) for f in FACES))
+    put("vtk", "grid", vtk.replace("POLYDATA", "UNSTRUCTURED_GRID") % ("3.0", "ASCII") + "POINTS 4 float\n"
+        + "%g %g %g\n" * 4 % sum(POINTS, ()) + "CELLS 2 9\n4 0 1 2 3\n3 0 1 2\nCELL_TYPES 2\n10\n5\n")
+    for name, packed, form in (("ascii", "", "ascii"), ("inline", PACKED, "binary"), ("raw", "", "appended"),
+                               ("raw-packed", PACKED, "appended"), ("base64", "", "appended")):
+        for grid in (False, True):
+            put("vtkxml", name + ("-grid" if grid else ""), vtk_xml(name, packed, form, grid))
     for kind, end in (("ascii", None), ("binary_little_endian", "<"), ("binary_big_endian", ">")):
         head = ("ply\nformat %s 1.0\ncomment c\nelement vertex %d\nproperty double x\n"
                 "property float y\nproperty float z\nproperty uchar red\nelement face %d\n"

@@ -21,6 +21,8 @@ typedef enum MeshFormat {
     WRITE_OFF,
     WRITE_VTK_ASCII,
     WRITE_VTK_BINARY,
+    WRITE_VTP,
+    WRITE_VTU,
     WRITE_FORMATS
 } MeshFormat;
 
@@ -32,7 +34,9 @@ static const char *const MESH_FORMAT_NAMES[WRITE_FORMATS] = {"OBJ",
                                                              "binary big-endian PLY",
                                                              "OFF",
                                                              "ASCII VTK",
-                                                             "binary VTK"};
+                                                             "binary VTK",
+                                                             "VTP",
+                                                             "VTU"};
 
 static inline bool mesh_format_is_stl(MeshFormat format)
 {
@@ -167,6 +171,11 @@ static inline void write_obj_or_off(FILE *out, const MeshDraft *draft, bool off)
     }
 }
 
+static inline int draft_corners(const MeshDraft *draft)
+{
+    return draft->polygon_count > 0 ? draft->end[draft->polygon_count - 1] : 0;
+}
+
 // ASCII with cells as before version 5.1, binary as since.
 static inline void write_vtk(FILE *out, const MeshDraft *draft, bool ascii)
 {
@@ -182,7 +191,7 @@ static inline void write_vtk(FILE *out, const MeshDraft *draft, bool ascii)
                 write_number(out, &x[k], 8, true);
         }
     }
-    const int corners = draft->polygon_count > 0 ? draft->end[draft->polygon_count - 1] : 0;
+    const int corners = draft_corners(draft);
     if (ascii) {
         fprintf(out, "POLYGONS %d %d\n", draft->polygon_count, draft->polygon_count + corners);
         for (int p = 0; p < draft->polygon_count; p++) {
@@ -207,6 +216,65 @@ static inline void write_vtk(FILE *out, const MeshDraft *draft, bool ascii)
     fprintf(out, "\n");
 }
 
+// ASCII, with words about an array behind its numbers.
+static inline void write_vtp(FILE *out, const MeshDraft *draft)
+{
+    fprintf(out,
+            "<?xml version='1.0'?>\n<!-- > -->\n<VTKFile type=\"PolyData\">\n<PolyData>\n"
+            "<Piece NumberOfPoints=\"%d\" NumberOfPolys='%d'>\n<Points>\n"
+            "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n",
+            draft->node_count, draft->polygon_count);
+    for (int i = 0; i < draft->node_count; i++)
+        fprintf(out, "%.17g %.17g %.17g\n", draft->position[i].x, draft->position[i].y,
+                draft->position[i].z);
+    fprintf(out, "<InformationKey name=\"a > b\"><Value>7</Value></InformationKey></DataArray>\n"
+                 "</Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\">");
+    for (int c = 0; c < draft_corners(draft); c++)
+        fprintf(out, "%d ", draft->corner[c]);
+    fprintf(out, "</DataArray><DataArray type=\"Int32\" Name=\"offsets\">");
+    for (int p = 0; p < draft->polygon_count; p++)
+        fprintf(out, "%d\n", draft->end[p]);
+    fprintf(out, "</DataArray></Polys></Piece></PolyData></VTKFile>\n");
+}
+
+static inline void write_length(FILE *out, int numbers, int size)
+{
+    const uint64_t length = (uint64_t)numbers * (uint64_t)size;
+    write_number(out, &length, 8, false);
+}
+
+// Raw bytes behind the last tag.
+static inline void write_vtu(FILE *out, const MeshDraft *draft)
+{
+    const int corners = draft_corners(draft), polygons = draft->polygon_count;
+    const int at = 8 + 24 * draft->node_count, behind = at + 8 + 8 * corners;
+    fprintf(out,
+            "<VTKFile type=\"UnstructuredGrid\" byte_order=\"LittleEndian\" "
+            "header_type=\"UInt64\"><Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\"><Points>"
+            "<DataArray type=\"Float64\" format=\"appended\" offset=\"0\"/></Points><Cells>",
+            draft->node_count, polygons);
+    fprintf(out,
+            "<DataArray Name=\"connectivity\" type=\"Int64\" format=\"appended\" offset=\"%d\"/>"
+            "<DataArray Name=\"offsets\" type=\"Int32\" format=\"appended\" offset=\"%d\"/>"
+            "<DataArray Name=\"types\" type=\"UInt8\" format=\"appended\" offset=\"%d\"/></Cells>"
+            "</Piece><AppendedData encoding=\"raw\">_",
+            at, behind, behind + 8 + 4 * polygons);
+    write_length(out, 3 * draft->node_count, 8);
+    for (int i = 0; i < draft->node_count; i++) {
+        const double x[3] = {draft->position[i].x, draft->position[i].y, draft->position[i].z};
+        fwrite(x, 8, 3, out);
+    }
+    write_length(out, corners, 8);
+    for (int c = 0; c < corners; c++)
+        write_number(out, &(const int64_t){draft->corner[c]}, 8, false);
+    write_length(out, polygons, 4);
+    fwrite(draft->end, 4, (size_t)polygons, out);
+    write_length(out, polygons, 1);
+    for (int p = 0; p < polygons; p++)
+        fputc(7, out); // a polygon
+    fprintf(out, "</AppendedData></VTKFile>");
+}
+
 // The file as it would stand on disk; the caller frees bytes.at.
 static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
 {
@@ -218,6 +286,10 @@ static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
         write_stl(out, draft, format == WRITE_STL_ASCII);
     else if (format == WRITE_VTK_ASCII || format == WRITE_VTK_BINARY)
         write_vtk(out, draft, format == WRITE_VTK_ASCII);
+    else if (format == WRITE_VTP)
+        write_vtp(out, draft);
+    else if (format == WRITE_VTU)
+        write_vtu(out, draft);
     else if (format == WRITE_OBJ || format == WRITE_OFF)
         write_obj_or_off(out, draft, format == WRITE_OFF);
     else
