@@ -22,9 +22,10 @@ typedef struct PrepareArguments {
     double scale; // 0: not given
     bool units;   // --units gave it
     double weld;  // of a repair [units of the file]; 0: not given
-    int model;    // SceneModel to propose; -1: the better one
+    int way;      // ProposalWay to propose; -1: the best one
+    int cuttable; // 0, 1; -1: if a tick has time for it
     LabelChoice choice;
-    bool check, propose, repair;
+    bool check, propose, repair, json;
 } PrepareArguments;
 
 #define AT(member) offsetof(PrepareArguments, member)
@@ -46,11 +47,19 @@ static bool take_units(void *target, const char *text, Status *why)
 
 static bool take_model(void *target, const char *text, Status *why)
 {
-    int *model = &((PrepareArguments *)target)->model;
-    for (*model = MODEL_VOXEL; *model >= 0; (*model)--)
-        if (strcmp(text, scene_model_name((SceneModel)*model)) == 0)
+    int *way = &((PrepareArguments *)target)->way;
+    for (*way = PROPOSAL_WAYS - 1; *way >= 0; (*way)--)
+        if (strcmp(text, proposal_way_name((ProposalWay)*way)) == 0)
             return true;
-    return status_fail(why, STATUS_INVALID, "is neither surface nor voxel");
+    return status_fail(why, STATUS_INVALID, "is neither surface, filled nor voxel");
+}
+
+static bool take_cuttable(void *target, const char *text, Status *why)
+{
+    const bool yes = strcmp(text, "yes") == 0;
+    ((PrepareArguments *)target)->cuttable = yes;
+    return yes || strcmp(text, "no") == 0 ||
+           status_fail(why, STATUS_INVALID, "is neither yes nor no");
 }
 
 static const ArgumentRow ROWS[] = {
@@ -83,7 +92,13 @@ static const ArgumentRow ROWS[] = {
      .help = "Layer or frame of a volume file with several, from 1; without it all are looked "
              "through"},
     {"model", 0, ARGUMENT_OTHER, "M", .handler = take_model,
-     .help = "Model to propose: surface (a wall) or voxel (a solid)"},
+     .help = "Model to propose: surface (a wall), filled (a wall full of a fluid) or voxel (a "
+             "solid); without it a wall where the name says a hollow organ, else what costs least"},
+    {"cuttable", 0, ARGUMENT_OTHER, "yes|no", .handler = take_cuttable,
+     .help = "Whether the proposed body can be cut; without it if a tick has time for it"},
+    {"json", 0, ARGUMENT_FLAG, NULL, AT(json),
+     .help = "With --check: for programs, the report, labels and verdicts as one JSON object a "
+             "line for each MESH"},
     {.type = ARGUMENT_HEADING, .help = "Scenes:"},
     {"output", 'o', ARGUMENT_TEXT, "FILE", AT(output),
      .help = "Build the meshes and levels of all bodies of SCENE.cfg and write them to FILE "
@@ -111,8 +126,11 @@ static bool check_together(void *target, Status *why)
         return status_fail(why, STATUS_INVALID, "--weld goes with --repair");
     if (!judges && (a->choice.label != NULL || a->choice.layer > 0))
         return status_fail(why, STATUS_INVALID, "--label and --layer go with --check or --propose");
-    if (!a->propose && a->model >= 0)
-        return status_fail(why, STATUS_INVALID, "--model goes with --propose");
+    if (!a->propose && (a->way >= 0 || a->cuttable >= 0))
+        return status_fail(why, STATUS_INVALID, "%s goes with --propose",
+                           a->way >= 0 ? "--model" : "--cuttable");
+    if (!a->check && a->json)
+        return status_fail(why, STATUS_INVALID, "--json goes with --check");
     if (a->output != NULL && a->file_count > 1)
         return status_fail(why, STATUS_INVALID, "one %s at a time, got '%s' and '%s'",
                            mesh ? "mesh" : "scene", a->file[0], a->file[1]);
@@ -163,6 +181,27 @@ static bool check_units(const PrepareArguments *arguments, const char *path, Sta
                        path);
 }
 
+// Reports on one mesh, as text or JSON.
+static bool check_mesh(const PrepareArguments *arguments, const char *path, Status *status)
+{
+    Proposals found;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = arguments->json ? open_memstream(&text, &size) : stdout;
+    if (out == NULL)
+        abort();
+    const bool ok = mesh_report_print(path, arguments->scale, arguments->choice, !arguments->json,
+                                      &found, out, status);
+    if (arguments->json) {
+        fclose(out);
+        if (found.subject.path != NULL)
+            proposal_json(&found, text, stdout);
+        free(text);
+    }
+    proposals_destroy(&found);
+    return ok;
+}
+
 // Checks every mesh, also after one that is unusable.
 static int check_meshes(const PrepareArguments *arguments)
 {
@@ -171,8 +210,7 @@ static int check_meshes(const PrepareArguments *arguments)
         Status status = {0};
         announce(arguments->file[i], arguments->choice);
         if (check_units(arguments, arguments->file[i], &status) &&
-            mesh_report_print(arguments->file[i], arguments->scale, arguments->choice, stdout,
-                              &status))
+            check_mesh(arguments, arguments->file[i], &status))
             continue;
         fflush(stdout);
         fprintf(stderr, "%s\n", status.text);
@@ -258,9 +296,14 @@ static bool close_new(FILE *out, const char *path, Status *status)
            status_fail(status, STATUS_FAILED, "%s: not all could be written", path);
 }
 
-static bool write_proposal(const Proposal *proposal, const char *path, Status *status)
+static bool write_proposal(Proposal *proposal, const PrepareArguments *arguments, Status *status)
 {
+    const char *path = arguments->output;
     FILE *out = open_new(path, status);
+    if (arguments->cuttable >= 0) {
+        proposal->whole = arguments->cuttable == 0;
+        proposal->chosen = true;
+    }
     if (out == NULL)
         return false;
     char *name = name_from(path, proposal->path);
@@ -333,29 +376,29 @@ static void print_taken(const Proposals *all, LabelChoice choice)
         printf("  assumed: %s\n", all->frame.notes);
 }
 
+static const char *const WAYS[] = {"wall", "wall full of a fluid", "solid"};
+
 static int propose(PrepareArguments *arguments)
 {
     Status status = {0};
     Proposals proposals = {0};
     double scale;
-    const char *path = arguments->file[0];
+    const char *path = arguments->file[0], *why = "as chosen";
     ask_label(arguments);
     announce(path, arguments->choice);
-    // Try both models; the better one, or the one that was asked for, becomes the scene.
+    // Try all ways; the best one, or the one that was asked for, becomes the scene.
     if (check_units(arguments, path, &status) && find_scale(arguments, &scale, &status) &&
         proposal_judge(path, scale, arguments->choice, &proposals, &status)) {
         print_taken(&proposals, arguments->choice);
-        const Verdict *best =
-            arguments->model < 0 ? proposal_best(&proposals) : &proposals.verdict[arguments->model];
+        const int way = arguments->way < 0 ? proposal_best(&proposals, &why) : arguments->way;
+        Verdict *best = way < 0 ? NULL : &proposals.verdict[way];
         proposal_print(&proposals, stdout);
         if (best == NULL || !best->usable)
             status_fail(&status, STATUS_INVALID, "%s: cannot be used as a %s", path,
-                        best == NULL                      ? "wall or a solid"
-                        : arguments->model == MODEL_VOXEL ? "solid"
-                                                          : "wall");
-        else if (write_proposal(&best->proposal, arguments->output, &status))
-            printf("%s: a scene with it as a %s\n", arguments->output,
-                   best->proposal.model == MODEL_SURFACE ? "wall" : "solid");
+                        best == NULL ? "wall or a solid" : WAYS[way]);
+        else if (write_proposal(&best->proposal, arguments, &status))
+            printf("%s: a scene with it as a %s, %s; that is %s\n", arguments->output, WAYS[way],
+                   why, proposal_use(&proposals, (ProposalWay)way));
     }
     proposals_destroy(&proposals);
     return arguments_exit(&status);
@@ -376,8 +419,8 @@ int main(int argc, char **argv)
 {
     log_set_program("pliant-prepare");
     log_set_level(LOG_ERROR); // the report has all that matters
-    PrepareArguments arguments = {.model = -1,
-                                  .file = calloc((size_t)argc + 1, sizeof *arguments.file)};
+    PrepareArguments arguments = {
+        .way = -1, .cuttable = -1, .file = calloc((size_t)argc + 1, sizeof *arguments.file)};
     if (arguments.file == NULL)
         return STATUS_FAILED;
     Status status = {0};

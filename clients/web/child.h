@@ -10,7 +10,7 @@
 
 #include <sys/types.h>
 
-enum { CHILD_TEXT_MAX = 16384, CHILD_HOW_MAX = 64 };
+enum { CHILD_TEXT_MAX = 65536, CHILD_HOW_MAX = 64 };
 
 typedef struct Child {
     pid_t pid;           // 0: none runs

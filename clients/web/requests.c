@@ -310,14 +310,28 @@ static bool take_choice(const json_t *object, const char *name, const char *cons
     return true;
 }
 
+// Reads an optional positive integer.
+static bool take_count(const json_t *object, const char *name, int32_t *out, PliantError *error)
+{
+    int64_t count = 0;
+    if (json_object_get(object, name) && !take_integer(object, name, 1, INT32_MAX, &count, error))
+        return false;
+    *out = (int32_t)count;
+    return true;
+}
+
 static bool take_propose(const json_t *object, Ask *ask, PliantError *error)
 {
     static const char *const units[] = {NULL, "m", "dm", "cm", "mm", "um", NULL};
-    static const char *const models[] = {NULL, "surface", "voxel", NULL};
+    static const char *const models[] = {NULL, "surface", "filled", "voxel", NULL};
+    static const char *const cuttable[] = {NULL, "yes", "no", NULL};
     ask->kind = ASK_PROPOSE;
     return take_file(object, ask, error) &&
            take_choice(object, "units", units, &ask->propose.units, error) &&
-           take_choice(object, "model", models, &ask->propose.model, error);
+           take_choice(object, "model", models, &ask->propose.model, error) &&
+           take_choice(object, "cuttable", cuttable, &ask->propose.cuttable, error) &&
+           take_count(object, "label", &ask->propose.label, error) &&
+           take_count(object, "layer", &ask->propose.layer, error);
 }
 
 static bool take_message(const json_t *object, Ask *ask, PliantError *error)

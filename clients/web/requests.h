@@ -69,7 +69,8 @@ typedef struct Ask {
         AskFolder folder; // of `start`
         bool record;      // of `record`: begin, else end
         struct {
-            const char *units, *model; // constant; NULL: to be guessed
+            const char *units, *model, *cuttable; // constant; NULL: to be guessed
+            int32_t label, layer;                 // of a volume; 0: the largest, any
         } propose;
     };
 } Ask;

@@ -425,6 +425,23 @@ static json_t *program(const WorkbenchRun *run)
     return object;
 }
 
+// Puts what pliant-prepare has found out about a mesh, and its report; where there is none, all
+// that it said.
+static void put_found(json_t *prepare, const char *check)
+{
+    // Its object is a line, perhaps behind one about the time that it takes.
+    json_t *text = string(check); // valid UTF-8
+    const char *line = json_string_value(text);
+    while (line && *line && *line != '{')
+        line = strchr(line, '\n') ? strchr(line, '\n') + 1 : "";
+    json_t *found = line ? json_loads(line, JSON_DISABLE_EOF_CHECK, NULL) : NULL;
+    json_t *report = json_object_get(found, "report");
+    put(prepare, "check", json_incref(report ? report : text));
+    json_object_del(found, "report");
+    put(prepare, "found", found ? found : json_null());
+    json_decref(text);
+}
+
 Parcel *text_workbench(const WorkbenchText *workbench)
 {
     static const char *const folders[] = {"scenes", "uploads", "recordings"};
@@ -448,7 +465,7 @@ Parcel *text_workbench(const WorkbenchText *workbench)
     put(daemon, "folder", json_string(folders[workbench->folder]));
     put(object, "daemon", daemon);
     put(object, "recorder", program(&workbench->recorder));
-    put(prepare, "check", string(workbench->check));
+    put_found(prepare, workbench->check);
     put(prepare, "scene", string(workbench->scene));
     put(prepare, "scene_text", string(workbench->scene_text));
     put(object, "prepare", prepare);

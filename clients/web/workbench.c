@@ -29,7 +29,7 @@ static const int64_t PREPARE_BYTES = 0;
 static const int64_t PREPARE_BYTES = (int64_t)4 << 30;
 #endif
 
-enum { ARGUMENTS_MAX = 16 };
+enum { ARGUMENTS_MAX = 24 };
 
 // --- begin and end ---
 
@@ -255,13 +255,23 @@ static bool take_record(Workbench *workbench, const Ask *ask, const WorkbenchHea
 
 // --- a scene for a mesh ---
 
+// Adds "--name", "7", written to `text`; nothing for 0.
+static void add_count(Arguments *arguments, const char *name, int32_t count, char text[16])
+{
+    snprintf(text, 16, "%d", (int)count);
+    add_option(arguments, name, count > 0 ? text : NULL);
+}
+
 static bool run_prepare(Workbench *workbench, Arguments *arguments, PliantError *error)
 {
+    char label[16], layer[16];
     const ChildOptions options = {.folder = workbench->folder[ASK_UPLOADS].path,
                                   .seconds = PREPARE_S,
                                   .memory_bytes = PREPARE_BYTES,
                                   .gentle = true};
-    add_option(arguments, "--units", workbench->units);
+    add_option(arguments, "--units", workbench->asked.propose.units);
+    add_count(arguments, "--label", workbench->asked.propose.label, label);
+    add_count(arguments, "--layer", workbench->asked.propose.layer, layer);
     return run(workbench, &workbench->prepare, PLIANT_PREPARE, arguments, &options, error);
 }
 
@@ -273,12 +283,12 @@ static bool take_propose(Workbench *workbench, const Ask *ask, PliantError *erro
     if (!folder_has(&workbench->folder[ASK_UPLOADS], ask->text, FOLDER_MESHES, NULL))
         return client_fail(error, "'%s' is no mesh of the list", ask->text);
     folder_copy_name(job->file, ask->text);
-    workbench->units = ask->propose.units;
-    workbench->model = ask->propose.model;
+    workbench->asked = *ask;
     workbench->proposing = false;
     workbench->check[0] = '\0';
     Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
     add(&arguments, "--check");
+    add(&arguments, "--json");
     add(&arguments, job->file);
     return run_prepare(workbench, &arguments, error);
 }
@@ -299,7 +309,8 @@ static bool propose(Workbench *workbench, PliantError *error)
     add(&arguments, "--propose");
     add(&arguments, job->file);
     add_option(&arguments, "--output", workbench->making);
-    add_option(&arguments, "--model", workbench->model);
+    add_option(&arguments, "--model", workbench->asked.propose.model);
+    add_option(&arguments, "--cuttable", workbench->asked.propose.cuttable);
     return run_prepare(workbench, &arguments, error);
 }
 

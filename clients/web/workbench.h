@@ -52,7 +52,7 @@ typedef struct Workbench {
     WorkbenchJob daemon, recorder, prepare;
     WorkbenchAsk next; // to be started when the daemon has ended; sender 0: nothing
     bool proposing;    // the second run of pliant-prepare, after its check
-    const char *units, *model;
+    Ask asked;
     char check[CHILD_TEXT_MAX + 1];     // what it said of the mesh
     char making[FOLDER_NAME_MAX];       // the scene that it writes, in uploads
     char scene[FOLDER_NAME_MAX];        // that it has proposed; "" while there is none

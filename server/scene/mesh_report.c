@@ -88,8 +88,8 @@ static void print_voxels(const LabelVolume *frame, const int low[3], const int h
     print_box(", ", &box, out);
 }
 
-// Prints which label was taken, what was assumed, and all labels from the largest to the smallest.
-static void print_labels(const Proposals *all, LabelChoice choice, FILE *out)
+// Prints which label was taken, what was assumed, and the list from the largest to the smallest.
+static void print_labels(const Proposals *all, LabelChoice choice, bool list, FILE *out)
 {
     const LabelVolume *frame = &all->frame;
     const Vec3 *axis = frame->axis;
@@ -102,7 +102,7 @@ static void print_labels(const Proposals *all, LabelChoice choice, FILE *out)
         fprintf(out, "  layers: %d, the label is of layer %d\n", frame->layers, all->subject.layer);
     if (frame->notes[0] != '\0')
         fprintf(out, "  assumed: %s\n", frame->notes);
-    for (int i = 0; i < count && i < LABELS_SHOWN; i++) {
+    for (int i = 0; list && i < count && i < LABELS_SHOWN; i++) {
         const VolumeLabel *label = &all->labels.label[i];
         fprintf(out, "    label %d: \"%s\", layer %d, voxels %ld, volume %.6g m3, pieces %d",
                 label->label, label->name, label->layer, label->voxels,
@@ -115,7 +115,7 @@ static void print_labels(const Proposals *all, LabelChoice choice, FILE *out)
         else
             fprintf(out, "\n");
     }
-    if (count > LABELS_SHOWN)
+    if (list && count > LABELS_SHOWN)
         fprintf(out, "    and %d more\n", count - LABELS_SHOWN);
 }
 
@@ -198,30 +198,35 @@ static void print_even(const MeshQuality *quality, double scale, FILE *out)
             length / scale, NODES);
 }
 
-// Prints the verdict of both models, for the report and its exit status.
+static void print_usable(const char *path, const Proposals *all, FILE *out)
+{
+    fprintf(out, "%s: %s\n", path, proposal_best(all, NULL) >= 0 ? "usable" : "not usable");
+}
+
+// Prints the verdict of all ways, for the report and its exit status.
 static bool print_verdict(const char *path, const Proposals *proposals, FILE *out, Status *status)
 {
     proposal_print(proposals, out);
-    return proposal_best(proposals) != NULL ||
+    return proposal_best(proposals, NULL) >= 0 ||
            status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid", path);
 }
 
 static bool print_mesh(const char *path, double scale, LabelChoice choice, const Units *guess,
-                       const MeshImport *import, const TriMesh *mesh, FILE *out, Status *status)
+                       const MeshImport *import, const TriMesh *mesh, Proposals *found, FILE *out,
+                       Status *status)
 {
     MeshFault fault;
     // What cannot be simulated has no report.
-    Proposals proposals;
     if (!body_mesh_check_extent(path, scale, mesh, status))
         return false;
     if (!mesh_check(mesh, &fault))
         return status_fail(status, STATUS_INVALID, "%s: %s", path, fault.text);
-    if (!proposal_judge(path, scale, choice, &proposals, status))
+    if (!proposal_judge(path, scale, choice, found, status))
         return false;
     // What the mesh is like, then what can be made of it.
     MeshQuality quality;
     mesh_quality_measure(mesh, &quality);
-    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
+    print_usable(path, found, out);
     print_source(import, out);
     print_unit(mesh, scale, guess, out);
     fprintf(out, "  nodes: %d, edges: %d, triangles: %d%s\n", mesh->node_count, quality.edge_count,
@@ -231,40 +236,36 @@ static bool print_mesh(const char *path, double scale, LabelChoice choice, const
     print_shape(mesh, &quality, out);
     print_even(&quality, scale, out);
     mesh_quality_destroy(&quality);
-    bool ok = print_time_step(mesh, out, status) && print_verdict(path, &proposals, out, status);
-    proposals_destroy(&proposals);
-    return ok;
+    return print_time_step(mesh, out, status) && print_verdict(path, found, out, status);
 }
 
-static bool print_volume(const char *path, double scale, LabelChoice choice, FILE *out,
-                         Status *status)
+static bool print_volume(const char *path, double scale, LabelChoice choice, bool list,
+                         Proposals *found, FILE *out, Status *status)
 {
-    Proposals proposals;
     // A volume is judged like a mesh; of its shape its labels say something.
-    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, choice, &proposals, status))
+    if (!proposal_judge(path, scale > 0.0 ? scale : 1.0, choice, found, status))
         return false;
-    const Proposal *of = &proposals.subject;
-    fprintf(out, "%s: %s\n", path, proposal_best(&proposals) != NULL ? "usable" : "not usable");
+    const Proposal *of = &found->subject;
+    print_usable(path, found, out);
     fprintf(out,
             "  file: label volume, label %d, in the units that it states (mm, where it states "
             "none)\n",
             of->label);
     print_box("  ", &of->box, out);
-    print_labels(&proposals, choice, out);
-    bool ok = print_verdict(path, &proposals, out, status);
-    proposals_destroy(&proposals);
-    return ok;
+    print_labels(found, choice, list, out);
+    return print_verdict(path, found, out, status);
 }
 
-bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE *out,
-                       Status *status)
+bool mesh_report_print(const char *path, double scale, LabelChoice choice, bool list,
+                       Proposals *found, FILE *out, Status *status)
 {
+    *found = (Proposals){0};
     TriMesh mesh;
     MeshImport import;
     Units guess;
     // A label volume says its own unit.
     if (proposal_is_volume(path))
-        return print_volume(path, scale, choice, out, status);
+        return print_volume(path, scale, choice, list, found, out, status);
     if (!mesh_import(path, &mesh, &import, status))
         return false;
     // The unit that was given, or the likeliest.
@@ -274,7 +275,8 @@ bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE 
         scale = guess.scale;
     }
     mesh_place(&mesh, scale, vec3(0.0, 0.0, 0.0), vec3(0.0, 0.0, 0.0));
-    bool ok = print_mesh(path, scale, choice, given ? NULL : &guess, &import, &mesh, out, status);
+    bool ok =
+        print_mesh(path, scale, choice, given ? NULL : &guess, &import, &mesh, found, out, status);
     mesh_destroy(&mesh);
     return ok;
 }

@@ -90,6 +90,8 @@ static void write_wall(const Proposal *p, const char *file, FILE *out)
                  "    shape = { angular_frequency = 50.0;  damping_ratio = 0.1; };\n");
     if (p->implicit)
         fprintf(out, "    integrator = \"implicit\";\n");
+    if (p->fluid)
+        fprintf(out, "    cavity = { fluid = true; };   # what is in it keeps its volume\n");
     write_fixed(p, 0.1, out);
 }
 
@@ -136,7 +138,13 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
     const bool wall = p->model == MODEL_SURFACE;
     const double size = size_of(p);
     // How to try it, in lengths of the body.
-    fprintf(out, "# Proposed by pliant-prepare as a %s. Press it with\n", wall ? "wall" : "solid");
+    fprintf(out, "# Proposed by pliant-prepare as a %s",
+            p->fluid ? "wall full of a fluid"
+            : wall   ? "wall"
+                     : "solid");
+    if (p->label_name[0] != '\0')
+        fprintf(out, " (%s)", p->label_name);
+    fprintf(out, ". Press it with\n");
     fprintf(out, "# pliant-probe --auto --clearance %.6f --depth %.6f --speed %.6f\n",
             size / (wall ? 25.0 : 12.0), size / (wall ? 20.0 : 16.0), size / 10.0);
     // A tenth of E times the depth times the probe's radius; for a wall of 25 cm a sixth of the
@@ -153,8 +161,9 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
         write_wall(p, file, out);
     else
         write_solid(p, file, out);
-    fprintf(out, p->whole ? "    # cuttable = true;   # needs too much time or memory\n"
-                          : "    cuttable = true;\n");
+    fprintf(out, !p->whole   ? "    cuttable = true;\n"
+                 : p->chosen ? "    cuttable = false;\n"
+                             : "    # cuttable = true;   # needs too much time or memory\n");
     fprintf(out, "  }\n);\n");
     write_tools(p, out);
 }
@@ -369,6 +378,28 @@ static void judge_wall(const Proposals *all, Verdict *verdict)
     }
 }
 
+// Judges a wall that can be one empty, full of a fluid.
+static void judge_filled(const Proposals *all, const Verdict *empty, Verdict *verdict)
+{
+    Built built;
+    Status said = {0};
+    verdict->proposal = empty->proposal;
+    verdict->proposal.fluid = true;
+    if (!empty->usable) {
+        say(verdict, false, "it cannot be a wall");
+    } else if (all->volume <= 0.0) {
+        say(verdict, false, "its surface is not closed");
+    } else if (empty->proposal.implicit) {
+        say(verdict, false, "a fluid needs explicit steps, for which its edges are too short");
+    } else if (!build(&verdict->proposal, &built, &said)) {
+        say(verdict, false, "%s", said.text);
+    } else {
+        say(verdict, built.tick_s <= COST_BUDGET, "%d substep%s a tick, about %.2g ms%s",
+            built.substeps, built.substeps > 1 ? "s" : "", 1e3 * built.tick_s,
+            why_whole(&verdict->proposal));
+    }
+}
+
 // Rounds up a cell size to two digits.
 static double round_up(double cell)
 {
@@ -468,6 +499,8 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
         return;
     }
     make_cuttable(p, &built);
+    verdict->cavity =
+        3 * built.cells.shells.hollow >= built.cells.solid && built.cells.shells.hollow > 0;
     judge_shape(all, &built, verdict);
 }
 
@@ -553,6 +586,7 @@ static bool look_at_volume(Proposals *all, LabelChoice choice, Status *status)
     if (label == NULL)
         return false;
     all->subject.label = label->label;
+    memcpy(all->subject.label_name, label->name, sizeof label->name);
     all->subject.layer = frame->layers > 1 ? label->layer : 0;
     // How much there is of it.
     const Vec3 *axis = frame->axis;
@@ -603,28 +637,30 @@ bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposal
         proposals_destroy(all);
         return false;
     }
-    // Both models are tried, each for itself.
-    for (int i = 0; i < PROPOSAL_MODELS; i++) {
+    // All ways are tried, each for itself.
+    for (int i = 0; i < PROPOSAL_WAYS; i++) {
         all->verdict[i].proposal = all->subject;
-        all->verdict[i].proposal.model = (SceneModel)i;
+        all->verdict[i].proposal.model = i == WAY_SOLID ? MODEL_VOXEL : MODEL_SURFACE;
     }
-    judge_wall(all, &all->verdict[MODEL_SURFACE]);
-    judge_solid(all, &all->verdict[MODEL_VOXEL]);
+    judge_wall(all, &all->verdict[WAY_WALL]);
+    judge_filled(all, &all->verdict[WAY_WALL], &all->verdict[WAY_FILLED]);
+    judge_solid(all, &all->verdict[WAY_SOLID]);
+    proposal_find_hollow(all);
     return true;
 }
 
-const Verdict *proposal_best(const Proposals *all)
+const char *proposal_way_name(ProposalWay way)
 {
-    const Verdict *wall = &all->verdict[MODEL_SURFACE], *solid = &all->verdict[MODEL_VOXEL];
-    if (wall->usable && !wall->proposal.implicit)
-        return wall;
-    return solid->usable ? solid : wall->usable ? wall : NULL;
+    static const char *const names[] = {"surface", "filled", "voxel"};
+    return names[way];
 }
 
 void proposal_print(const Proposals *all, FILE *out)
 {
-    fprintf(out, "  as a wall: %s\n", all->verdict[MODEL_SURFACE].text);
-    fprintf(out, "  as a solid: %s\n", all->verdict[MODEL_VOXEL].text);
+    fprintf(out, "  as a wall: %s\n", all->verdict[WAY_WALL].text);
+    if (all->verdict[WAY_FILLED].usable || all->hollow[0] != '\0')
+        fprintf(out, "  as a wall full of a fluid: %s\n", all->verdict[WAY_FILLED].text);
+    fprintf(out, "  as a solid: %s\n", all->verdict[WAY_SOLID].text);
     fprintf(out, "    (default materials at 1000 Hz, pressed by a probe; times are estimates for a "
                  "core of 2 GHz, not measured here)\n");
 }

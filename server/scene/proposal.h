@@ -13,15 +13,21 @@
 
 enum { PROPOSAL_PIECES = 64 };
 
+// What can be made of a file: a wall, a wall full of a fluid, or a solid.
+typedef enum ProposalWay { WAY_WALL, WAY_FILLED, WAY_SOLID, PROPOSAL_WAYS } ProposalWay;
+
 // A scene of one body, and a probe, a blade and a grasper that fit its size.
 typedef struct Proposal {
     const char *path; // of the mesh or volume
     bool volume;
-    int label, layer; // of a volume: the label of the body; 0: the only layer
+    int label, layer;             // of a volume: the label of the body; 0: the only layer
+    char label_name[VOLUME_NAME]; // "": none
     double scale;     // metres per unit of a mesh file; for a volume a factor on its own units
     SceneModel model; // MODEL_SURFACE: a wall
+    bool fluid;       // the wall is full of it
     bool implicit;    // the wall uses the implicit integrator
-    bool whole;       // not cuttable
+    bool whole;       // not cuttable,
+    bool chosen;      // because somebody has said so; else a tick has no time for it
     double cell;      // edge of a solid's cells [m]; 0: the volume's own
     Box box;          // of the body
     // Pieces of a solid, each of which is fixed at its lower end; 0: one piece, or too many.
@@ -34,9 +40,8 @@ typedef struct Verdict {
     bool usable;
     Proposal proposal;
     char text[640]; // "yes, 3 substeps a tick, about 0.05 ms"
+    bool cavity;    // of a solid: holes are at least a quarter of it
 } Verdict;
-
-enum { PROPOSAL_MODELS = 2 };
 
 // Which part of a label volume is meant.
 typedef struct LabelChoice {
@@ -46,30 +51,44 @@ typedef struct LabelChoice {
 
 // The proposals for a file.
 typedef struct Proposals {
-    Proposal subject;                 // common to all of the following
-    int components;                   // of a mesh: surfaces that share no edge
-    int triangles, loose;             // of a mesh, and those that share no edge with another
-    double shortest;                  // of a mesh: edge [m]
-    double volume;                    // enclosed by a mesh, or of the label [m3]; 0: it has borders
-    LabelVolume frame;                // of a volume, scaled, without its voxels; owned
-    VolumeLabels labels;              // in it; owned
-    double thinnest;                  // shortest side of the chosen label's box [m]; 0: of a mesh
-    Verdict verdict[PROPOSAL_MODELS]; // by SceneModel
+    Proposal subject;     // common to all of the following
+    int components;       // of a mesh: surfaces that share no edge
+    int triangles, loose; // of a mesh, and those that share no edge with another
+    double shortest;      // of a mesh: edge [m]
+    double volume;        // enclosed by a mesh, or of the label [m3]; 0: it has borders
+    LabelVolume frame;    // of a volume, scaled, without its voxels; owned
+    VolumeLabels labels;  // in it; owned
+    double thinnest;      // shortest side of the chosen label's box [m]; 0: of a mesh
+    char hollow[80]; // "its name says duodenum": why it may be a hollow organ; "": nothing says so
+    Verdict verdict[PROPOSAL_WAYS];
 } Proposals;
 
 // True if the content of the file is a label volume.
 bool proposal_is_volume(const char *path);
 
-// Judges both models. `scale`: metres per unit of a mesh file, or factor on the units of a volume.
+// Judges all ways. `scale`: metres per unit of a mesh file, or factor on the units of a volume.
 // Returns false with a status if the file cannot be read.
 bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposals *proposals,
                     Status *status);
 void proposals_destroy(Proposals *proposals);
-// Returns the best proposal: a wall with explicit steps, then a solid, then a wall with implicit
-// steps; NULL: none is usable.
-const Verdict *proposal_best(const Proposals *proposals);
-// Prints "as a wall: ..." and "as a solid: ...", each line indented by two blanks.
+// Returns the word for a way: "surface", "filled" or "voxel".
+const char *proposal_way_name(ProposalWay way);
+// Prints "as a wall: ..." and the like, each line indented by two blanks.
 void proposal_print(const Proposals *proposals, FILE *out);
+
+// --- proposal_choice.c: which way is proposed ---
+
+// Sets `hollow` by the name of the label or file, or by the cavity of the solid.
+void proposal_find_hollow(Proposals *proposals);
+// Returns the best way. By the name a hollow organ: a wall. With a cavity: a solid, which keeps the
+// hollow. Else a wall with explicit steps, then a solid, then a wall with implicit steps. -1: none
+// is usable. `why`, if not NULL, gets the rule as a sentence.
+int proposal_best(const Proposals *proposals, const char **why);
+// Returns what an organ made that way is good for.
+const char *proposal_use(const Proposals *proposals, ProposalWay way);
+// Writes all of it, and the report of mesh_report_print, as one JSON object
+// (server/scene/README.md).
+void proposal_json(const Proposals *proposals, const char *report, FILE *out);
 
 // Writes the scene; `file`: the name by which it refers to the mesh or volume.
 void proposal_write(const Proposal *proposal, const char *file, FILE *out);
@@ -79,9 +98,10 @@ void proposal_write(const Proposal *proposal, const char *file, FILE *out);
 
 // Prints the report of a mesh file whose unit is `scale` metres (0: guessed, io/mesh_import.h), or
 // of a label volume, whose own units are multiplied by `scale` (0: 1), and whether it can be a wall
-// or a solid (scene/proposal.h). Returns false with one sentence in `status` if it can be neither;
-// prints nothing about a file that cannot be read.
-bool mesh_report_print(const char *path, double scale, LabelChoice choice, FILE *out,
-                       Status *status);
+// or a solid. `found` gets that, which the caller destroys; `list`: print all labels. Returns false
+// with one sentence in `status` if it can be neither; prints nothing about a file that cannot be
+// read.
+bool mesh_report_print(const char *path, double scale, LabelChoice choice, bool list,
+                       Proposals *found, FILE *out, Status *status);
 
 #endif

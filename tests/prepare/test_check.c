@@ -275,6 +275,54 @@ TEST(what_becomes_of_several_closed_parts_is_said)
     assert_null(strstr(result.out, "thin parts"));
 }
 
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+TEST(a_hollow_organ_is_proposed_as_a_wall_by_its_name_and_as_what_is_chosen)
+{
+    // The same closed tube of 84 mm under two names: its edges of 1 mm need implicit steps.
+    static const struct {
+        const char *options, *says, *scene;
+    } cases[] = {{"colon.off", "as a wall, since by its name it is hollow; ",
+                  "model = \"surface\";\n    mesh"},
+                 {"ring.off",
+                  "as a solid, since its triangles are too small or too many for a fast wall; ",
+                  "model = \"voxel\""},
+                 {"--model filled loop.off",
+                  "as a wall full of a fluid, as chosen; that is for a full hollow",
+                  "cavity = { fluid = true; };"},
+                 {"--model filled --cuttable no loop.off", "as chosen", "    cuttable = false;\n"},
+                 {"--cuttable yes ring.off", "as a solid", "    cuttable = true;\n"}};
+    write_torus("colon.off", 200, 8, true);
+    write_torus("ring.off", 200, 8, true);
+    write_torus("loop.off", 24, 12, true);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        Process result;
+        char arguments[128];
+        snprintf(arguments, sizeof arguments, "--propose --scale 0.03 %s -o h%zu.cfg",
+                 cases[i].options, i);
+        run(&result, arguments);
+        assert_string_equal(result.err, "");
+        expect_printed(&result, cases[i].says);
+        snprintf(arguments, sizeof arguments, "h%zu.cfg", i);
+        FREED char *scene = file_text(scratch(arguments));
+        expect_in(scene, cases[i].scene);
+    }
+}
+
+TEST(two_closed_sheets_one_within_the_other_are_the_sides_of_a_wall)
+{
+    // Within a box of 40 mm one of 32, which is 0.51 of it, or one of 20, which is 0.13.
+    Process result;
+    static const double low[] = {0.0};
+    write_boxes("sack.off", low, 1, 32.0);
+    run(&result, "--check --json --units mm sack.off");
+    expect_printed(&result, "\"model\": \"voxel\", \"why\": \"since its two sheets, ");
+    expect_printed(&result, "\"hollow\": \"one closed sheet lies within another\"");
+    write_boxes("cyst.off", low, 1, 20.0);
+    run(&result, "--check --json --units mm cyst.off");
+    expect_printed(&result, "\"hollow\": \"\"");
+}
+#endif
+
 TEST(what_has_no_time_for_cuts_is_proposed_whole)
 {
     // By the table of costs 8064 springs take 0.56 ms of the 0.6 that bodies have, without cuts.
@@ -463,6 +511,18 @@ TEST(labels_are_listed_and_the_one_taken_is_said)
         FREED char *scene = file_text(scratch(arguments));
         expect_in(scene, cases[i].scene);
     }
+    // For programs: the same, without the list in the report.
+    run(&result, "--check --json --label 2 organs.seg.nrrd");
+    assert_string_equal(result.err, "");
+    expect_printed(&result, "{\"file\": \"organs.seg.nrrd\", \"model\": \"voxel\", ");
+    expect_printed(&result, "\"label\": 2, \"layer\": 2, \"layers\": 2, \"unlisted\": 0, ");
+    expect_printed(&result, "{\"label\": 1, \"layer\": 1, \"volume_cm3\": 8, \"pieces\": 2, "
+                            "\"size_mm\": [40, 20, 20], \"name\": \"lungs\"}");
+    expect_printed(&result, "\"size_mm\": [10, 20, 20], \"colour\": [0.5, 0.25, 1], "
+                            "\"name\": \"spleen\"}");
+    expect_printed(&result,
+                   "\"report\": \"organs.seg.nrrd: usable\\u000a  file: label volume, label 2, ");
+    assert_null(strstr(result.out, "voxels 1400"));
     run(&result, "--check --label kidney organs.seg.nrrd");
     expect_refusal(&result, 2, "organs.seg.nrrd: no voxel has the label kidney");
     run(&result, "--check --units mm organs.seg.nrrd");
@@ -472,6 +532,17 @@ TEST(labels_are_listed_and_the_one_taken_is_said)
     expect_refusal(&result, 2, "cube.obj: is no label volume, so it has no label or layer");
     run(&result, "--check --layer 3 organs.seg.nrrd");
     expect_refusal(&result, 2, "organs.seg.nrrd: layer 3 outside [1, 2]");
+}
+
+TEST(a_hostile_name_is_a_string_of_the_json)
+{
+    Process result;
+    write_labels("evil.seg.nrrd", (const int[]){20, 10, 10}, (const double[]){2.0, 2.0, 2.0},
+                 "Segment0_Name:=a\\b\"}]\x1b\x7f<i>\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n",
+                 1, organs);
+    run(&result, "--check --json evil.seg.nrrd");
+    assert_int_equal(result.code, 0);
+    expect_printed(&result, "\"name\": \"a\\\\b?}]?\?<i>\"}");
 }
 
 TEST(a_volume_that_takes_long_is_announced)
@@ -554,6 +625,9 @@ TEST(bad_usage_exits_2_with_one_line)
         {"--check --units inch cube.obj", "--units 'inch' is none of m, dm, cm, mm and um"},
         {"--label 1 scene.cfg -o model.h5", "--label and --layer go with --check or --propose"},
         {"--check --model voxel cube.obj", "--model goes with --propose"},
+        {"--check --cuttable no cube.obj", "--cuttable goes with --propose"},
+        {"--propose --cuttable 1 cube.obj -o a.cfg", "--cuttable '1' is neither yes nor no"},
+        {"--propose --json cube.obj -o a.cfg", "--json goes with --check"},
         {"--propose cube.obj", "needs either --check"},
         {"--repair --propose cube.obj -o a.cfg", "needs either --check"},
         {"--repair --units mm cube.obj -o a.off", "--scale goes with --check or --propose"},

@@ -22,9 +22,19 @@ const FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 const STL = `solid corner\n${FACES.map((face) => `facet normal 0 0 0\nouter loop\n${face.map((corner) =>
     `vertex ${CORNERS[corner].join(' ')}`).join('\n')}\nendloop\nendfacet`).join('\n')}\nendsolid corner\n`;
 
+// Two layers of 20 x 10 x 10 voxels of 2 mm: label 1 in two pieces; label 1 and 2. The last is nowhere.
+const LABELS = Buffer.concat([Buffer.from(`NRRD0005\ntype: uchar\ndimension: 4\nsizes: 2 20 10 10
+kinds: list domain domain domain\nspace: LPS\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\nencoding: raw
+Segment0_Name:=liver\nSegment0_LabelValue:=1\nSegment0_Layer:=1
+Segment1_Name:=<b>spleen\nSegment1_LabelValue:=2\nSegment1_Layer:=1\nSegment1_Color:=0.5 0.25 1
+Segment2_Name:=${'x'.repeat(60)}\nSegment2_LabelValue:=9\nSegment2_Layer:=0\n\n`),
+Buffer.from(Array.from({ length: 2000 }, (_, v) => v % 20).flatMap((x) => [Number(x < 5 || x >= 15),
+    x < 14 ? 1 : x >= 15 ? 2 : 0]))]);
+
 let web, browser, page;
 const shot = (name) => page.screenshot({ path: join(paths.out, `scenes-${name}.png`) });
 const textOf = (id) => page.locator(`#${id}`).textContent();
+const way = (title) => page.locator(`#way-list li:has(b:text-is("${title}")) input`);
 const start = (name) => page.locator(`[data-start="${name}"]`).click();
 const shows = (what, id, pattern) => until(what, async () => pattern.test(await textOf(id)));
 const daemonIs = (state) => until(`the daemon is ${state}`, () => page.evaluate((state) =>
@@ -114,13 +124,21 @@ test('a_dropped_mesh_becomes_a_scene_that_is_explained_and_started', options, as
     }, STL);
     await until('a scene is proposed', () => page.locator('#proposal-start').isEnabled());
     assert.equal(await textOf('proposal-start'), 'Start my_corner.cfg');
-    assert.match(await textOf('explained'), /unitsnot given, taken as mm.*size.*0\.04, 0\.03, 0\.05.*as a wallyes.*as a solidyes.*material/s);
+    assert.match(await textOf('explained'), /unitsnot given, taken as mm.*size40 x 30 x 50 mm.*material/s);
+    assert.match(await textOf('way-said'), /^Proposed as a wall, empty, since /);
+    assert.match(await textOf('way-list'), /a wall, empty.*a wall, full of fluid.*a solid/s);
     await shot('3-proposed');
-    // Chosen instead of guessed.
+    // Chosen instead of guessed; the last in the scene.
     await page.locator('#units').selectOption('cm');
-    await page.locator('#model').selectOption('voxel');
-    await page.locator('#propose').click();
-    await shows('the other size and model', 'explained', /0\.4, 0\.3, 0\.5.*modelvoxel/s);
+    await shows('the other size', 'explained', /size400 x 300 x 500 mm/);
+    await way('a solid').check();
+    await shows('the other model', 'way-said', /^As you chose: a solid\./);
+    await until('it is proposed', () => page.locator('#cuttable').isEnabled());
+    await page.locator('#cuttable').uncheck();
+    await shows('the scene says so', 'proposal-text', /^ *cuttable = false;/m);
+    await until('it is proposed', () => page.locator('#cuttable').isEnabled());
+    await page.locator('#cuttable').check();
+    await shows('the scene says so', 'proposal-text', /^ *cuttable = true;/m);
     await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
     await page.locator('#proposal-start').click();
     await shows('it runs', 'scene-end', /Stop my_corner\.cfg/);
@@ -149,6 +167,36 @@ test('the_proposed_scene_is_pulled_and_cut', options, async () => {
     await shot('6-cut');
     await page.locator('#scene-end').click();
     await daemonIs('ended');
+});
+
+test('labels_of_a_volume_are_listed_and_one_is_chosen', options, async () => {
+    await page.locator('#mesh').setInputFiles({ name: 'two.seg.nrrd', mimeType: '', buffer: LABELS });
+    await shows('the largest is taken', 'label-said', /^4 labels: “liver” was taken, the largest\./);
+    // Each with name, number, layer, volume, size and pieces: 8 mm3 a voxel.
+    assert.deepEqual(await page.locator('#label-list li').evaluateAll((rows) =>
+        rows.map((row) => row.innerText.split('\n'))), [
+        ['liver', 'label 1 · layer 2 · 11 cm³ · 28 x 20 x 20 mm'],
+        ['label 1', 'label 1 · layer 1 · 8 cm³ · 40 x 20 x 20 mm · 2 pieces'],
+        ['<b>spleen', 'label 2 · layer 2 · 4 cm³ · 10 x 20 x 20 mm'],
+        ['x'.repeat(48), 'label 9 · layer 1 · 0 cm³']]);
+    const colours = await page.locator('.swatch').evaluateAll((all) => all.map(({ style }) => style.background));
+    assert.equal(colours[2], 'rgb(128, 64, 255)'); // the file's
+    assert.equal(new Set(colours).size, 4);
+    assert.equal(await page.locator('#label-list b b').count(), 0, 'a name is no markup');
+    assert(await page.locator('#label-list input').nth(3).isDisabled(), 'an empty label is none to choose');
+    await page.locator('#label-list input').nth(2).check();
+    await shows('the other one is taken', 'label-said', /“<b>spleen” was taken\. Choose/);
+    await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
+    assert.match(await textOf('proposal-text'), /label = 2; {2}layer = 2;/);
+    assert(await way('a wall, empty').isDisabled());
+    await shot('7-labels');
+});
+
+test('a_scene_that_was_shown_has_a_picture', options, async () => {
+    const src = (name) => page.locator(`li:has([data-start="${name}"]) img`).getAttribute('src');
+    assert.match(await src('ball.cfg'), /^data:image\/jpeg/);
+    assert.notEqual(await src('ball.cfg'), await src('my_corner.cfg'));
+    assert.equal(await page.locator('li:has([data-start="wrong.cfg"]) img').count(), 0);
 });
 
 test('a_mesh_that_is_none_is_refused_with_the_reason', options, async () => {

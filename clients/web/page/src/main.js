@@ -200,6 +200,7 @@ function beforeDraw(view) {
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x));
         panel.sized(stage.size);
         stage.firstBodies ??= drawnAt; // since the navigation began [ms]
+        setTimeout(() => workbench.picture(stage)); // once this one is drawn
     }
     // Update figures ten times per second: more is unreadable, and each new text costs layout and compositing. The
     // last ones before a standstill appear a little later.

@@ -2,16 +2,10 @@
 // The workbench: scenes to start, meshes to drop, recordings. What a program says when it fails is
 // shown where it was started.
 
-const MESH = /\.(obj|stl|ply|off|nrrd|nii|nii\.gz)$/i;
-const element = (id) => document.getElementById(id);
+import { Proposal, element, make } from './proposal.js';
+import { Thumbs } from './thumbs.js';
 
-/** An element with a class and a text. */
-function make(tag, className, text = '') {
-    const node = document.createElement(tag);
-    if (className) node.className = className;
-    node.textContent = text;
-    return node;
-}
+const MESH = /\.(obj|stl|ply|off|vtk|nrrd|nii|nii\.gz)$/i;
 
 function button(text, title, act) {
     const node = make('button', '', text);
@@ -28,22 +22,6 @@ export function bytesText(bytes) {
     return `${bytes} bytes`;
 }
 
-/** What was found out about a mesh: pairs of a name and a sentence, in the order in which one reads them. */
-export function explain(check, sceneText) {
-    const line = (name) => check.match(new RegExp(`^ +${name}: (.*)$`, 'm'))?.[1];
-    const material = sceneText.match(/material = \{([^}]*)\}/)?.[1]?.replace(/;/g, ',').trim().replace(/,$/, '');
-    const model = sceneText.match(/model = "(\w+)"/)?.[1];
-    return [
-        ['units', line('scale')?.replace(/ \(else --units.*\)/, '; choose below if that is wrong')],
-        ['size', line('box')],
-        ['repaired', line('repairs')],
-        ['as a wall', line('as a wall')],
-        ['as a solid', line('as a solid')],
-        ['model', model && `${model}: ${model === 'surface' ? 'a wall of springs, hollow inside' : 'a solid of elements'}`],
-        ['material', material && `${material} (SI units). That of soft tissue: no file says it; change it in the scene`],
-    ].filter(([, text]) => text);
-}
-
 export class Workbench {
     /** `changed`: called after each message. */
     constructor(link, changed) {
@@ -53,10 +31,11 @@ export class Workbench {
         this.live = false; // some daemon runs
         this.filled = new Map(); // id of a list -> what it shows
         this.places = new Map(); // id of a request -> where its refusal is shown
+        this.thumbs = new Thumbs();
+        this.proposal = new Proposal({ ask: (message) => this.ask('mesh-error', message),
+            start: (name) => this.start('uploads', name), say: (text) => this.say('mesh-error', text) });
         element('record').addEventListener('click', () => this.record());
         element('scene-end').addEventListener('click', () => this.ask('scene-error', { type: 'end' }));
-        element('propose').addEventListener('click', () => this.propose());
-        element('proposal-start').addEventListener('click', () => this.start('uploads', this.state.prepare.scene));
         element('mesh').addEventListener('change', ({ target }) => {
             if (target.files[0]) this.send(target.files[0]);
             target.value = ''; // the same file may be chosen again
@@ -105,7 +84,7 @@ export class Workbench {
         element('workbench').open = element('proposal').open = true;
         element('proposal').hidden = false;
         if (!MESH.test(file.name))
-            return this.say('mesh-error', `${file.name}: expected OBJ, STL, PLY, OFF, NRRD or NIfTI (.nii, .nii.gz)`);
+            return this.say('mesh-error', `${file.name}: expected OBJ, STL, PLY, OFF, VTK, NRRD or NIfTI (.nii, .nii.gz)`);
         if (file.size > most)
             return this.say('mesh-error', `${file.name}: ${bytesText(file.size)}, more than ${bytesText(most)}`);
         this.say('mesh-error', `sending ${file.name} …`);
@@ -114,34 +93,10 @@ export class Workbench {
                 { method: 'POST', headers: { 'Content-Type': 'application/octet-stream' }, body: file });
             const text = (await answer.text()).trim();
             if (answer.status !== 201) return this.say('mesh-error', `${file.name}: ${text}`);
-            this.mesh = text;
-            return this.propose();
+            return this.proposal.open(text);
         } catch {
             return this.say('mesh-error', `${file.name} could not be sent: the connection ended`);
         }
-    }
-
-    propose() {
-        const message = { type: 'propose', name: this.mesh };
-        for (const choice of ['units', 'model']) if (element(choice).value) message[choice] = element(choice).value;
-        this.ask('mesh-error', message);
-    }
-
-    showProposal({ state, file, check, scene, scene_text: text, text: said, how }) {
-        this.mesh ??= file || null;
-        element('proposal').hidden = !file && !this.mesh;
-        element('proposal-name').textContent = file || this.mesh || '';
-        const runs = state === 'running';
-        element('propose').disabled = runs || !this.mesh;
-        element('proposal-start').disabled = runs || !scene;
-        element('proposal-start').textContent = scene ? `Start ${scene}` : 'Start';
-        element('explained').replaceChildren(...explain(check, text).flatMap(([name, sentence]) =>
-            [make('dt', '', name), make('dd', '', sentence)]));
-        element('proposal-text').textContent = [check, said, text].filter(Boolean).join('\n');
-        if (runs) this.say('mesh-error', 'pliant-prepare looks at it …');
-        else if (state === 'failed') this.say('mesh-error', `no scene can be made of it (${how}): ${said.trim() ||
-            (how.startsWith('signal') ? 'it takes more than two minutes or 4 GB' : '')}`);
-        else if (element('mesh-error').textContent.startsWith('pliant-prepare looks')) this.say('mesh-error', '');
     }
 
     // --- the lists ---
@@ -159,7 +114,8 @@ export class Workbench {
         const runs = daemon.state === 'running' || daemon.state === 'ending';
         const of = (folder, files) => files.map((file) => ({ folder, ...file }));
         const row = ({ folder, name, about, bytes }) => {
-            const item = make('li');
+            const item = make('li'), picture = this.thumbs.of(folder, name, bytes);
+            if (picture) item.append(Object.assign(make('img'), { src: picture, alt: '' }));
             const ours = daemon.folder === folder && daemon.file === name;
             if (folder !== 'recordings' || plays) {
                 const start = button(folder === 'recordings' ? 'Play' : name, foreign
@@ -182,8 +138,8 @@ export class Workbench {
             return item;
         };
         const finished = recordings.filter(({ name }) => recorder.state !== 'running' || name !== recorder.file);
-        this.fill('scene-list', { daemon, foreign, files: [...of('uploads', uploads), ...of('scenes', scenes)] }, row);
-        this.fill('recording-list', { daemon, foreign, plays, files: of('recordings', finished) }, row);
+        this.fill('scene-list', { daemon, foreign, pictures: this.thumbs.count, files: [...of('uploads', uploads), ...of('scenes', scenes)] }, row);
+        this.fill('recording-list', { daemon, foreign, plays, pictures: this.thumbs.count, files: of('recordings', finished) }, row);
         element('more').hidden = !more;
         element('more').textContent = `${more} more files are not listed`;
         element('scene-end').hidden = !runs;
@@ -220,7 +176,16 @@ export class Workbench {
         if (!this.state) return;
         this.showScenes(this.state);
         this.showRecorder(this.state);
-        this.showProposal(this.state.prepare);
+        this.proposal.show(this.state.prepare);
+    }
+
+    /** The first picture of the scene that runs becomes that of its row. */
+    picture(stage) {
+        const { daemon, ...lists } = this.state ?? {};
+        const files = lists[daemon?.folder] ?? [], file = files.find(({ name }) => name === daemon.file);
+        if (daemon?.state !== 'running' || lists.foreign || !file) return;
+        this.thumbs.keep(daemon.folder, file.name, file.bytes, stage);
+        this.show();
     }
 
     /** Whether a daemon runs, whoever has started it. */

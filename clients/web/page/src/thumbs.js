@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Small pictures of the scenes that this browser has shown, which it keeps for itself.
+
+const WIDTH = 96, HEIGHT = 72; // pixels
+const MOST = 100;              // pictures, of some 2 kB
+const STORE = 'pliant-pictures';
+
+export class Thumbs {
+    constructor() {
+        this.count = 0; // of the pictures that were taken
+        try {
+            this.pictures = new Map(JSON.parse(localStorage.getItem(STORE) ?? '[]'));
+        } catch { // a browser that keeps nothing, or something else under this name
+            this.pictures = new Map();
+        }
+    }
+
+    /** A picture as a URL; undefined: there is none. A file of another size is another scene. */
+    of(folder, name, bytes) { return this.pictures.get(`${folder}/${name}/${bytes}`); }
+
+    /** Keeps the middle of what is drawn now. */
+    keep(folder, name, bytes, stage) {
+        const { canvas } = stage;
+        const copy = Object.assign(document.createElement('canvas'), { width: WIDTH, height: HEIGHT });
+        const scale = Math.min(canvas.width / WIDTH, canvas.height / HEIGHT);
+        stage.draw(); // what was drawn is only there in the same task
+        copy.getContext('2d').drawImage(canvas, (canvas.width - scale * WIDTH) / 2, (canvas.height - scale * HEIGHT) / 2,
+            scale * WIDTH, scale * HEIGHT, 0, 0, WIDTH, HEIGHT);
+        this.pictures.set(`${folder}/${name}/${bytes}`, copy.toDataURL('image/jpeg', 0.8));
+        this.count++;
+        for (const key of [...this.pictures.keys()].slice(0, -MOST)) this.pictures.delete(key);
+        try {
+            localStorage.setItem(STORE, JSON.stringify([...this.pictures]));
+        } catch { /* they last as long as this page */ }
+    }
+}

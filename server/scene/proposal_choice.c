@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: MIT
+// Which of the ways to make an organ is proposed, why, and what each is good for; and all of it for
+// programs. Load time only.
+#include "scene/proposal.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
+// --- hollow organs -------------------------------------------------------------------------------
+
+// Parts of the names of organs that are hollow, as TotalSegmentator, 3D Slicer and anatomy use
+// them.
+static const char *const HOLLOW[] = {
+    "airway",  "aorta",  "arter",   "atrium",  "bladder", "bowel",     "bronch",
+    "caecum",  "cava",   "cecum",   "colon",   "duoden",  "esophag",   "ileum",
+    "intest",  "jejun",  "larynx",  "pharynx", "rectum",  "sigmoid",   "stomach",
+    "trachea", "ureter", "urethra", "uterus",  "vein",    "ventricle", "vessel"};
+
+// Finds a word in a text, in either case; NULL: it is not there.
+static const char *find_word(const char *text, const char *word)
+{
+    const size_t length = strlen(word);
+    for (; *text != '\0'; text++)
+        if (strncasecmp(text, word, length) == 0)
+            return text;
+    return NULL;
+}
+
+// The name of what is in the file: that of its label; of a file with one organ that of the file.
+static const char *name_of(const Proposals *all)
+{
+    const char *path = all->subject.path, *slash = strrchr(path, '/');
+    if (all->subject.label_name[0] != '\0')
+        return all->subject.label_name;
+    return all->labels.count > 1 ? "" : slash != NULL ? slash + 1 : path;
+}
+
+static bool is_named_hollow(const Proposals *all)
+{
+    return strncmp(all->hollow, "its name", 8) == 0;
+}
+
+void proposal_find_hollow(Proposals *all)
+{
+    const char *name = name_of(all);
+    for (size_t i = 0; i < sizeof HOLLOW / sizeof *HOLLOW; i++) {
+        const char *found = find_word(name, HOLLOW[i]);
+        if (found == NULL)
+            continue;
+        // The whole word, as it is written there.
+        int length = 0;
+        while (isalpha((unsigned char)found[length]))
+            length++;
+        snprintf(all->hollow, sizeof all->hollow, "its name says %.*s", length, found);
+        return;
+    }
+    if (all->verdict[WAY_SOLID].cavity)
+        snprintf(all->hollow, sizeof all->hollow, "one closed sheet lies within another");
+}
+
+// --- the choice ----------------------------------------------------------------------------------
+
+int proposal_best(const Proposals *all, const char **why)
+{
+    const Verdict *wall = &all->verdict[WAY_WALL], *solid = &all->verdict[WAY_SOLID];
+    const bool named = is_named_hollow(all), nested = !named && all->hollow[0] != '\0';
+    const char *ignored;
+    if (why == NULL)
+        why = &ignored;
+    if (wall->usable && named) {
+        *why = "since by its name it is hollow";
+        return WAY_WALL;
+    }
+    if (solid->usable && nested) {
+        *why = "since its two sheets, one within the other, are the two sides of a wall";
+        return WAY_SOLID;
+    }
+    if (wall->usable && !wall->proposal.implicit) {
+        *why = "since nothing is said of its inside, and this costs least";
+        return WAY_WALL;
+    }
+    if (solid->usable) {
+        *why = all->subject.volume
+                   ? "since labels say what is inside"
+                   : "since its triangles are too small or too many for a fast wall";
+        return WAY_SOLID;
+    }
+    *why = "since no cells fill it";
+    return wall->usable ? WAY_WALL : -1;
+}
+
+const char *proposal_use(const Proposals *all, ProposalWay way)
+{
+    if (way == WAY_WALL)
+        return "for an empty hollow organ, as a bowel or a stomach: it gives way and folds";
+    if (way == WAY_FILLED)
+        return "for a full hollow organ, as a bladder: it is tense, and what is in it runs out of "
+               "a "
+               "cut";
+    if (all->verdict[WAY_SOLID].cavity)
+        return "for a thick wall: tissue between its sheets, hollow within";
+    return "for an organ that is full of tissue, as a liver or a kidney: a cut shows its inside";
+}
+
+// --- for programs --------------------------------------------------------------------------------
+
+// As many as fit into what pliant-web keeps of a program's output.
+enum { LABELS_LISTED = 150 };
+
+// Writes a text as a JSON string. Bytes beyond ASCII pass, as the file has them.
+static void write_string(const char *text, FILE *out)
+{
+    fputc('"', out);
+    for (const char *c = text; *c != '\0'; c++) {
+        if ((unsigned char)*c < ' ' || *c == 127)
+            fprintf(out, "\\u%04x", (unsigned)*c);
+        else
+            fprintf(out, *c == '"' || *c == '\\' ? "\\%c" : "%c", *c);
+    }
+    fputc('"', out);
+}
+
+static void write_member(const char *name, const char *text, FILE *out)
+{
+    fprintf(out, ", \"%s\": ", name);
+    write_string(text, out);
+}
+
+static void write_size(Vec3 metres, FILE *out)
+{
+    fprintf(out, ", \"size_mm\": [%.4g, %.4g, %.4g]", 1e3 * metres.x, 1e3 * metres.y,
+            1e3 * metres.z);
+}
+
+// Writes a label, with its size along the axes of the volume.
+static void write_label(const Proposals *all, const VolumeLabel *label, FILE *out)
+{
+    const Vec3 *axis = all->frame.axis;
+    const double voxel = fabs(vec3_dot(axis[0], vec3_cross(axis[1], axis[2])));
+    double side[3];
+    for (int a = 0; a < 3; a++)
+        side[a] = (label->high[a] - label->low[a]) * vec3_length(axis[a]);
+    fprintf(out, "{\"label\": %d, \"layer\": %d, \"volume_cm3\": %.4g, \"pieces\": %d",
+            label->label, label->layer, 1e6 * voxel * (double)label->voxels, label->pieces);
+    write_size(label->voxels > 0 ? vec3(side[0], side[1], side[2]) : vec3(0.0, 0.0, 0.0), out);
+    const float *colour = label->colour;
+    if (colour[0] >= 0.0F)
+        fprintf(out, ", \"colour\": [%.3g, %.3g, %.3g]", (double)colour[0], (double)colour[1],
+                (double)colour[2]);
+    write_member("name", label->name, out);
+    fputc('}', out);
+}
+
+static void write_labels(const Proposals *all, FILE *out)
+{
+    const int count = all->labels.count, listed = count < LABELS_LISTED ? count : LABELS_LISTED;
+    fprintf(out, ", \"label\": %d, \"layer\": %d, \"layers\": %d, \"unlisted\": %d, \"labels\": [",
+            all->subject.label, all->subject.layer, all->frame.layers, count - listed);
+    for (int i = 0; i < listed; i++) {
+        fputs(i > 0 ? ", " : "", out);
+        write_label(all, &all->labels.label[i], out);
+    }
+    fputc(']', out);
+}
+
+void proposal_json(const Proposals *all, const char *report, FILE *out)
+{
+    const char *why;
+    const int best = proposal_best(all, &why);
+    fputs("{\"file\": ", out);
+    write_string(all->subject.path, out);
+    write_member("model", best < 0 ? "" : proposal_way_name((ProposalWay)best), out);
+    write_member("why", why, out);
+    write_member("hollow", all->hollow, out);
+    write_size(box_size(&all->subject.box), out);
+    if (all->subject.volume)
+        write_labels(all, out);
+    // Each way, with its verdict.
+    fputs(", \"models\": [", out);
+    for (int i = 0; i < PROPOSAL_WAYS; i++) {
+        const Verdict *verdict = &all->verdict[i];
+        fprintf(out, "%s{\"usable\": %s, \"cuttable\": %s", i > 0 ? ", " : "",
+                verdict->usable ? "true" : "false", verdict->proposal.whole ? "false" : "true");
+        write_member("model", proposal_way_name((ProposalWay)i), out);
+        write_member("verdict", verdict->text, out);
+        write_member("use", proposal_use(all, (ProposalWay)i), out);
+        fputc('}', out);
+    }
+    fputc(']', out);
+    write_member("report", report, out);
+    fputs("}\n", out);
+}
