@@ -12,11 +12,11 @@ const OPTIONS = ['--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
     '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update',
     '--disable-sync', '--disable-dev-shm-usage'];
 
-/** Resolves to {page, errors (of the page, as they come), close()}. */
-export async function openBrowser({ width = 1280, height = 800, options = [] } = {}) {
+/** Resolves to {page, errors (of the page, as they come), close()}; `touch`: as a phone, without a mouse. */
+export async function openBrowser({ width = 1280, height = 800, touch = false, options = [] } = {}) {
     const folder = mkdtempSync(join(tmpdir(), 'pliant-web-'));
     const context = await chromium.launchPersistentContext(folder, { executablePath: CHROMIUM, headless: true,
-        args: [...OPTIONS, ...options], viewport: { width, height } });
+        args: [...OPTIONS, ...options], viewport: { width, height }, hasTouch: touch, isMobile: touch });
     const page = context.pages()[0] ?? await context.newPage();
     const errors = [];
     page.on('pageerror', (error) => errors.push(String(error)));

@@ -188,6 +188,9 @@ test('page_draws_only_when_something_changed', options, async () => {
     assert((await frames()) > before);
 });
 
+const contactOf = (tool, force) => ({ tool, contact: true, position: [0, 0, 0.05], force, torque: [0, 0, 0],
+    point: [0, 0, 0.05], normal: [0, 0, 1], depth: 0.001, pose_utime: 0, utime: 0 });
+
 // Pixels beside the ball's middle that a drag goes.
 const PULL = 60;
 
@@ -197,8 +200,7 @@ test('pulling_sends_poses_of_closed_jaws_and_never_a_load', options, async () =>
     await page.keyboard.press('2');
     await drag(m, PULL);
     await until('it says that nothing is held', async () => /^grasper 6 closed on nothing/.test(await hint()));
-    session.text({ type: 'contact', tools: [{ tool: 6, contact: true, position: [0, 0, 0.05], force: [0, 0, -1],
-        torque: [0, 0, 0], point: [0, 0, 0], normal: [0, 0, 0], depth: 0, pose_utime: 0, utime: 0 }] });
+    session.text({ type: 'contact', tools: [contactOf(6, [0, 0, -1])] });
     await session.round();
     await until('it pulls', async () => /^Pulling by grasper 6/.test(await hint()));
     await page.mouse.up();
@@ -266,12 +268,10 @@ test('a_stroke_tells_what_came_of_its_cuts_not_that_they_were_sent', options, as
     // One line with its number, not one a cut.
     const cuts = session.got.filter(({ type }) => type === 'cut').length;
     await until('events are told once', async () => (await page.locator('#events').innerText()) === `refused ${why} ×${cuts}`);
-    await open();
     let count = 0;
     await cutAcross(() => (count++ ? { ok: true, separated: 3, text: 'cut' } : { ok: false, separated: 0, text: why }));
     await until('both are told', async () =>
         (await hint()) === `${3 * (count - 1)} links or faces were cut; 1 of ${count} strokes were refused: ${why}`);
-    await open();
     await cutAcross(() => ({ ok: true, separated: 0, text: 'the stroke met no tissue' }));
     await until('a drag beside is told', async () => /^Nothing was cut: the drag met/.test(await hint()));
     await page.keyboard.press('1');
@@ -285,8 +285,7 @@ test('a_press_tells_how_deep_it_goes', options, async () => {
     // A tenth of the ball's diagonal of 0.17 m.
     await until('the whole depth is told', async () => 
         /^Pressing: (17\.\d mm) of \1 past the first touch, but the probe touches nothing/.test(await hint()));
-    session.text({ type: 'contact', tools: [{ tool: 4, contact: true, position: [0, 0, 0.05], force: [0, 0, 1],
-        torque: [0, 0, 0], point: [0, 0, 0.05], normal: [0, 0, 1], depth: 0.001, pose_utime: 0, utime: 0 }] });
+    session.text({ type: 'contact', tools: [contactOf(4, [0, 0, 1])] });
     await session.round();
     await until('it touches', async () => /^Pressing: (17\.\d mm) of \1 past the first touch · wheel/.test(await hint()));
     await page.mouse.wheel(0, 100);
@@ -350,19 +349,117 @@ test('a_daemon_that_is_gone_is_said_to_be_gone', options, async () => {
     assert.equal(await page.locator('#state').textContent(), 'running');
 });
 
-test('on_a_phone_the_panel_leaves_its_button_and_the_picture', options, async () => {
-    await page.setViewportSize({ width: 390, height: 844 });
-    await open({ what: { ...SCENE, tools: [PROBE] } });
-    const button = page.locator('#panel-button');
-    for (const opened of ['true', 'false', 'true']) {
-        await button.click({ timeout: PATIENCE }); // fails where something lies over it
-        assert.equal(await button.getAttribute('aria-expanded'), opened);
+test('nothing_of_the_last_scene_or_recording_stays_in_the_next', options, async () => {
+    const blade = { id: 4, kind: 'blade', edge: [[0, 0, 0], [0, 0, 0.15]] };
+    await open({ what: { ...SCENE, tools: [PROBE, blade] } });
+    session.text(statusMessage(SCENE, { time: 500, state: 'paused' }));
+    session.text({ type: 'event', kind: 'tie', text: 'tie 1: pin of 3 nodes of body ball', body: 'ball', step: 1, utime: 1 });
+    session.text({ type: 'contact', tools: [contactOf(4, [0, 0, 1])] });
+    session.text({ type: 'recording', parts: 1, start: 0, end: 9, frame_time: 0.1, marks: [], tools: [], left_out: 0 });
+    session.text({ type: 'playback', playing: true, loop: false, from: 0, to: 9, time: 4, speed: 1, step: 1 });
+    await session.round();
+    const seen = () => page.evaluate(() => ({ items: document.querySelectorAll('#events li, #ties li').length,
+        figures: ['state', 'clock', 'step-text', 'counts'].map((id) => document.getElementById(id).textContent).join(''),
+        recorded: pliant.timeline.recorded, marks: pliant.timeline.marks.length, curve: pliant.timeline.curve.length,
+        force: pliant.forces.csv().split('\n').length - 2 + pliant.timeline.strongest }));
+    assert.notDeepEqual(await seen(), NOTHING);
+    session.text({ ...SCENE, name: 'next' });
+    await session.round();
+    assert.deepEqual(await seen(), NOTHING);
+    // The bar of time lives by the new clock.
+    for (const time of [0.1, 0.2, 0.3]) session.text(statusMessage(SCENE, { time }));
+    await session.round();
+    assert.deepEqual(await page.evaluate(() => [pliant.timeline.start, pliant.timeline.time]), [0.1, 0.3]);
+});
+const NOTHING = { items: 0, figures: '–', recorded: false, marks: 0, curve: 0, force: 0 };
+
+test('a_grasp_that_slips_and_a_stroke_of_a_blade_say_what_came_of_them', options, async () => {
+    const blade = { id: 4, kind: 'blade', edge: [[0, 0, 0], [0, 0, 0.15]] };
+    const event = (kind, text) => session.text({ type: 'event', kind, text, body: 'ball', step: 1, utime: 1 });
+    await open({ what: { ...SCENE, tools: [GRASPER, blade] } });
+    const m = await middle(page);
+    await page.keyboard.press('2');
+    await drag(m, PULL);
+    event('grasp', 'tool 6 grasped 5 nodes');
+    event('slipped', 'tool 7 lost what it held'); // another one's
+    session.text({ type: 'contact', tools: [contactOf(6, [0, 0, -1])] });
+    await until('it pulls', async () => /^Pulling by grasper 6/.test(await hint()));
+    event('slipped', 'tool 6 lost what it held');
+    await until('it has slipped', async () => /^The tissue slipped out of grasper 6/.test(await hint()));
+    await page.mouse.up();
+    assert.match(await hint(), /^The tissue slipped/, 'that stays until the next drag');
+    await page.keyboard.press('3');
+    for (const [kind, text, says] of [
+        ['cut', "tool 4, stroke ended: body 'ball': 7 links severed", /^Cut: body 'ball': 7 links severed$/],
+        ['cut_refused', "tool 4: body 'ball' may need 9 more nodes", /^Nothing was cut: body 'ball' may need 9 more nodes$/],
+        ['', '', /^Nothing was cut: blade 4 met no tissue that is cuttable$/]]) {
+        await drag(m, PULL);
+        await until('it cuts', async () => /^Cutting with blade 4/.test(await hint()));
+        await page.mouse.up();
+        if (kind) event(kind, text);
+        await until(`what came of it is told: ${says}`, async () => says.test(await hint()));
     }
-    const { width, height } = await page.locator('#view').boundingBox();
-    assert(width > 380 && height > 350, `a picture of ${width} x ${height}`);
-    for (const id of ['pause', 'home', 'scene-name', 'wireframe']) await page.locator(`#${id}`).click({ trial: true, timeout: PATIENCE });
-    await page.screenshot({ path: join(out, '22-phone.png') });
-    await page.setViewportSize({ width: 900, height: 600 });
+    await page.keyboard.press('1');
+});
+
+test('no_daemon_is_said_to_be_gone_that_was_not_there', options, async () => {
+    const link = (daemon) => session.text({ type: 'link', daemon, age: 0 });
+    scene = { type: 'something else' };
+    await page.goto(server.url);
+    await until('the page waits', async () => { link(false); return (await page.locator('#link').textContent()) === 'no daemon yet'; });
+    assert.equal(await page.locator('#foot').isVisible(), false, 'there is nothing to press');
+    session.text(SCENE);
+    link(true);
+    link(false);
+    await until('now it is gone', async () => (await page.locator('#link').textContent()) === 'daemon gone');
+});
+
+// Fingers at points of the page: [[x, y], ...]; as many as before move, others come or go.
+async function fingers(client, points, type = 'touchStart') {
+    await client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+}
+
+test('on_a_phone_fingers_press_turn_and_zoom_and_nothing_covers_the_body', options, async () => {
+    const phone = await openBrowser({ width: 390, height: 844, touch: true }), mouse = page;
+    try {
+        page = phone.page;
+        await open({ what: { ...SCENE, tools: [PROBE] } });
+        await page.screenshot({ path: join(out, '22-phone.png') });
+        assert.match(await hint(), /^Touch tissue and hold/);
+        const button = page.locator('#panel-button');
+        for (const opened of ['true', 'false']) {
+            // The body is between the bars, and its middle in the middle of what they leave.
+            const [high, low] = await page.evaluate(() => [...pliant.bodies[0].position.keys()].filter((i) => i % 3 === 0)
+                .map((i) => pliant.stage.center.clone().fromArray(pliant.bodies[0].position, i))
+                .map((point) => pliant.stage.onScreen(point, point) && point.y)
+                .reduce(([least, most], y) => [Math.min(least, y), Math.max(most, y)], [Infinity, -Infinity]));
+            const header = await page.locator('header').boundingBox(), foot = await page.locator('#foot').boundingBox();
+            assert(high > header.y + header.height && low < foot.y, `${high} to ${low}`);
+            // By symmetry; the perspective moves the outline of a ball by some hundredths of its height.
+            assert(Math.abs(high + low - header.height - foot.y) < 0.1 * (low - high));
+            await button.tap({ timeout: PATIENCE }); // fails where something lies over it
+            assert.equal(await button.getAttribute('aria-expanded'), opened);
+            await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+        }
+        for (const id of ['pause', 'reset', 'home', 'record', 'panel-button'])
+            assert((await page.locator(`#${id}`).evaluate((node) => node.hidden ? 44 : node.offsetHeight)) >= 44, id);
+        const client = await page.context().newCDPSession(page), m = await middle(page);
+        const view = () => page.evaluate(() => pliant.stage.camera.position.distanceTo(pliant.stage.controls.target));
+        const poses = () => session.got.filter(({ type }) => type === 'tool');
+        const before = await view();
+        await fingers(client, [[m.x, m.y]]);
+        await until('it presses', () => poses().some(({ active }) => active));
+        assert.match(await hint(), /depth: in the panel$/);
+        await fingers(client, [[m.x, m.y], [m.x + 40, m.y]]);
+        await until('a second finger ends that', () => poses().at(-1).active === false);
+        for (const way of [60, 90, 120]) await fingers(client, [[m.x - way / 2, m.y], [m.x + way, m.y]], 'touchMove');
+        await until('they zoom', async () => (await view()) < 0.8 * before);
+        await fingers(client, [], 'touchEnd');
+        assert.deepEqual(phone.errors, []);
+    } finally {
+        page = mouse;
+        await phone.close();
+    }
 });
 
 test('nothing_failed_in_the_page', options, () => {

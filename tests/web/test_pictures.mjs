@@ -240,6 +240,11 @@ test('a_coarse_ball_has_a_round_outline', options, async () => {
     const parts = {};
     for (const times of [1, 4]) {
         await open(icoSphere(times, RADIUS));
+        // Both from one place: a whole view is as near as the nodes allow.
+        await page.evaluate((radius) => {
+            pliant.stage.camera.position.set(0, -6 * radius, 0);
+            pliant.stage.controls.update();
+        }, RADIUS);
         parts[times] = (await picture(page)).covered;
     }
     await page.screenshot({ path: join(paths.out, '35-outline.png') });

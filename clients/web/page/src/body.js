@@ -139,6 +139,11 @@ export class Body {
         }
     }
 
+    /** Rest positions of all nodes that there are. */
+    livePoints() {
+        return this.rest.slice(0, 3 * this.n).filter((_, i) => this.id[Math.floor(i / 3)] >= 0);
+    }
+
     capacityNodes() { return this.position.length / 3; }
 
     grow(nodes, indices) {

@@ -13,6 +13,7 @@ const TICK = 10, REPEAT = 40;     // [ms]
 const APART = 0.03;               // of the scene's size: from where a tool approaches
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
+const STROKE_ENDS = 1000;         // [ms] after which a blade's stroke that no event reports has cut nothing
 
 // Why nothing is pressed or pulled: the scene has no tool of that kind, and this line adds one; or the other hand has it.
 function withoutTool(kind, tools, size) {
@@ -24,6 +25,8 @@ function withoutTool(kind, tools, size) {
     const line = `{ id = ${id};  kind = "${kind}";  capsules = ( { ${shaft}radius = ${figure(size / 20)}; } ); }`;
     return `This scene has no ${kind}. ${tools.length ? `Add to its tools: ${line}` : `Add to it: tools = ( ${line} );`}`;
 }
+
+const slipped = ({ title }) => `The tissue slipped out of ${title}: pull less, or take hold where more is between its jaws`;
 
 export class Hand {
     /**
@@ -44,6 +47,8 @@ export class Hand {
         this.ties = new Ties(world, trail);
         this.timer = 0;
         this.chosen = null; // id of the tool that its kind of drag uses; null: the first
+        this.stroke = null; // the newest of a blade: {tool, cut, why (what was reported), over}
+        this.touch = matchMedia('(pointer: coarse)').matches; // a finger, until a mouse is used
         this.pick = this.pick.bind(this);
         this.pose = new Pose(world.link);
         const { canvas } = world.stage;
@@ -92,8 +97,23 @@ export class Hand {
         return found;
     }
 
+    // A second finger: the drag ends, and both turn and zoom. The camera has not seen the first one yet.
+    lend() {
+        const { pointer: pointerId, x: clientX, y: clientY } = this.drag;
+        this.end();
+        this.lends = true;
+        this.world.stage.canvas.dispatchEvent(new PointerEvent('pointerdown',
+            { pointerId, clientX, clientY, pointerType: 'touch', button: 0, cancelable: true }));
+        this.lends = false;
+    }
+
     down(event) {
-        if (!this.allowed || this.drag || event.button !== 0) return;
+        if (!this.allowed || this.lends || event.button !== 0) return;
+        this.touch = event.pointerType === 'touch';
+        if (this.drag) {
+            if (this.touch) this.lend();
+            return;
+        }
         const { stage } = this.world;
         const ray = stage.rayThrough(event.clientX, event.clientY);
         const intent = this.intent(event);
@@ -112,6 +132,7 @@ export class Hand {
         if (!this.drag) return; // the camera's
         stage.controls.enabled = false;
         this.drag.pointer = event.pointerId;
+        this.stroke = this.drag.kind === 'blade' ? { tool: this.drag.tool, cut: '', why: '', over: false } : null;
         stage.canvas.setPointerCapture(event.pointerId);
         stage.canvas.style.cursor = this.cursor(intent);
         this.world.told('');
@@ -166,6 +187,8 @@ export class Hand {
 
     follow(event) {
         const { drag } = this;
+        drag.x = event.clientX;
+        drag.y = event.clientY;
         if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
@@ -201,6 +224,31 @@ export class Hand {
         this.ties.answered(message);
     }
 
+    /** An event; of the tool that this hand moves: "tool 3 ...", "tool 4: ..." or "tool 4, stroke ended: ...". */
+    takeEvent(kind, text) {
+        const [, id, said] = /^tool (\d+)(?:, stroke ended)?:? (.*)$/s.exec(text) ?? [];
+        const { drag, stroke } = this;
+        if (drag?.kind === 'pull' && drag.tool.id === Number(id) && /^(grasp|slipped)$/.test(kind))
+            drag.slipped = kind === 'slipped';
+        if (stroke?.tool.id !== Number(id) || !/^cut/.test(kind)) return;
+        stroke[kind === 'cut' ? 'cut' : 'why'] = said;
+        if (stroke.over) this.tellStroke(stroke);
+    }
+
+    // What came of a blade's stroke.
+    tellStroke(stroke) {
+        if (stroke !== this.stroke || this.drag) return; // another one follows
+        const { tool, cut, why } = stroke;
+        this.world.told(cut ? `Cut: ${cut}` : `Nothing was cut: ${why || `${tool.title} met no tissue that is cuttable`}`);
+    }
+
+    /** For another scene: what is still to come belongs to the last one. */
+    forget() {
+        this.end();
+        this.stroke = this.knife.stroke = this.ties.open = null;
+        this.ties.clear();
+    }
+
     // Describes the drag: its action, and how deep it is.
     tell() {
         const { drag } = this;
@@ -209,19 +257,21 @@ export class Hand {
         if (now - (drag.toldAt ?? -Infinity) < TELL_EVERY) return; // more often than anyone can read
         drag.toldAt = now;
         const { size } = this.world.stage;
+        const depth = this.touch ? 'depth: in the panel' : 'wheel: deeper, less deep (and “depth” of the panel)';
         if (drag.kind === 'press') {
             const deep = lengthText(Math.max(drag.advance, 0)), most = lengthText(Math.max(drag.depth, 0));
             this.world.told(`Pressing: ${deep} of ${most} past the first touch${drag.advance > 0 && !drag.tool.touching
-                ? ', but the probe touches nothing' : ''} · wheel: deeper, less deep (and “depth” of the panel)`);
+                ? ', but the probe touches nothing' : ''} · ${depth}`);
         } else if (drag.kind === 'blade') {
-            this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · wheel: ` +
-                'deeper, less deep (and “depth” of the panel)');
+            this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · ${depth}`);
+        } else if (drag.slipped) {
+            this.world.told(slipped(drag.tool));
         } else if (!drag.tool.touching && now - drag.started > HELD_AFTER) {
             this.world.told(`${drag.tool.title} closed on nothing that it can hold: release it and try again`);
         } else {
             const away = lengthText(Math.abs(drag.advance));
             this.world.told(`Pulling by ${drag.tool.title}${Math.abs(drag.advance) > 1e-3 * size
-                ? `, ${away} ${drag.advance > 0 ? 'farther' : 'nearer'}` : ''} · wheel: nearer, farther`);
+                ? `, ${away} ${drag.advance > 0 ? 'farther' : 'nearer'}` : ''}${this.touch ? '' : ' · wheel: nearer, farther'}`);
         }
     }
 
@@ -248,6 +298,11 @@ export class Hand {
         if (drag.kind === 'cut') return this.knife.end();
         if (drag.kind === 'tie') return this.ties.end(this.pick, givenUp);
         if (drag.tool) this.pose.withdraw();
-        this.world.told('');
+        this.world.told(drag.slipped ? slipped(drag.tool) : '');
+        if (drag.kind !== 'blade') return;
+        const { stroke } = this;
+        stroke.over = true;
+        if (stroke.cut || stroke.why) this.tellStroke(stroke);
+        else setTimeout(() => { if (!stroke.cut && !stroke.why) this.tellStroke(stroke); }, STROKE_ENDS);
     }
 }

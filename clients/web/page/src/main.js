@@ -23,13 +23,19 @@ const HINTS = {
     cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
 };
+const TOUCH_HINTS = {
+    press: 'Touch tissue and hold: press · one finger beside it: turn · two: turn and zoom',
+    pull: 'Touch tissue and drag: pull · one finger beside it: turn · two: turn and zoom',
+    cut: 'Drag across tissue: cut · two fingers: turn and zoom',
+    tie: 'Tap tissue: pin · drag to another body: tie, to the same one: clip · two fingers: turn and zoom',
+};
 // What clients may send many times a second: not shown in the list.
 const QUIET = new Set(['load', 'tool']);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
 let round = null, fitted = false, daemon = false, silence = 0, connected = false, drawnAt = 0, figuresAt = 0;
-let colours = null;
+let colours = null, offered = false;
 let started = false; // everything below exists
 
 const images = {
@@ -45,13 +51,14 @@ const images = {
     },
 };
 
-const stage = new Stage(element('picture'), beforeDraw);
+const stage = new Stage(element('picture'), beforeDraw,
+    { above: document.querySelector('header'), below: element('foot') });
 const tools = new Tools(stage, element('labels'));
 const panel = new Panel({
     command: (kind) => link.request({ type: 'command', kind, value: kind === 'step' ? 1 : 0, argument: '' }),
     mode: (mode) => {
         hand.mode = mode;
-        panel.hint(HINTS[mode]);
+        panel.hint(whatDragsDo());
         stage.canvas.style.cursor = hand.cursor();
         showTool();
     },
@@ -65,11 +72,11 @@ const command = (kind, argument) => link.request({ type: 'command', kind, value:
 const timeline = new Timeline(element('timeline'),
     { set: (argument) => command('set', argument), command: (kind) => command(kind, '') });
 const hand = new Hand({ stage, tools, link, settings: panel.settings, bodies: () => bodies,
-    told: (text) => panel.hint(text || HINTS[hand.mode]), refused: whyNothing, list: element('ties'),
+    told: (text) => panel.hint(text || whatDragsDo()), refused: whyNothing, list: element('ties'),
     taken: () => second.tool?.id }, element('trail'));
 const second = new SecondHand({ stage, tools, link, settings: panel.settings, refused: whyNothing, mouse: hand,
     allowed: () => hand.allowed }, element('second'), element('second-text'));
-const workbench = new Workbench(link, showLink);
+const workbench = new Workbench(link, takeWorkbench);
 const settings = new Settings(element('settings'), link, whyNothing);
 const forces = new Forces({ time: element('force-time'), depth: element('force-depth'), pause: element('force-pause'),
     save: element('force-save'), legend: element('force-legend') });
@@ -77,11 +84,13 @@ const capture = new Capture(stage, { picture: element('shoot'), video: element('
     told: (text) => panel.hint(text), scene: () => element('scene-name').textContent });
 element('tool').addEventListener('change', chooseTool);
 element('second').addEventListener('change', showTool);
-panel.hint(HINTS.press);
+panel.hint(whatDragsDo());
 started = true;
 // For tests and measurements.
 window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, link, look, timeline,
     workbench, get bodies() { return bodies; } };
+
+function whatDragsDo() { return (hand.touch ? TOUCH_HINTS : HINTS)[hand.mode]; }
 
 // The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
 const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
@@ -149,6 +158,7 @@ function takeText(message) {
         forces.takeContacts(message.tools, now);
         return undefined;
     case 'event':
+        hand.takeEvent(message.kind, message.text);
         hand.ties.takeEvent(message.kind, message.text);
         settings.takeEvent(message.kind, message.text);
         if (QUIET.has(message.kind) || isIdleCut(message.text)) return undefined;
@@ -197,7 +207,7 @@ function beforeDraw(view) {
     if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
         fitted = true;
         const box = boxOfAll(bodies);
-        stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x));
+        stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x), bodies.map((body) => body.livePoints()));
         panel.sized(stage.size);
         stage.firstBodies ??= drawnAt; // since the navigation began [ms]
         setTimeout(() => workbench.picture(stage)); // once this one is drawn
@@ -235,7 +245,6 @@ function takePlayback(message) {
 }
 
 function takeScene(scene) {
-    if (timeline.recorded) panel.hint(HINTS[hand.mode]);
     timeline.clear();
     showLink();
     for (const body of bodies) {
@@ -247,8 +256,7 @@ function takeScene(scene) {
         Object.assign(body.show, switches);
         stage.scene.add(body.group);
     }
-    hand.end();
-    hand.ties.clear();
+    hand.forget();
     // The daemon reports those that there are as events when it is asked to describe itself.
     if (/^ties by message/m.test(scene.describe ?? ''))
         link.request({ type: 'command', kind: 'describe', value: 0, argument: '' });
@@ -258,8 +266,10 @@ function takeScene(scene) {
     forces.takeScene(tools.list);
     settings.takeScene(scene.describe ?? '');
     panel.takeScene(scene);
-    panel.hint(HINTS[hand.mode]);
+    panel.hint(whatDragsDo());
     fitted = false;
+    document.body.classList.remove('empty');
+    if (panel.covers) panel.fold(false); // where one looks for a scene it hides the picture
     stage.invalidate();
 }
 
@@ -292,17 +302,24 @@ function showLink(age = silence) {
     const old = bodies.length > 0, why = started ? workbench.notice : '';
     if (started) workbench.takeLink(connected && daemon);
     if (!connected) panel.takeLink('no connection', `pliant-web does not answer, so the state of pliantd is unknown. ${
-        old ? 'What you see is old. ' : ''}The page keeps trying.`);
-    else if (!daemon) panel.takeLink('daemon gone', old
+        old ? 'What you see is old. ' : ''}The page keeps trying.`, true);
+    else if (!daemon) panel.takeLink(old ? 'daemon gone' : 'no daemon yet', old
         ? `pliantd is gone: no message from it${age > 0 ? ` for ${Math.round(age)} s` : ''}. What you see is ` +
             `old. ${why || 'The page continues as soon as one runs again.'}`
-        : why || 'Waiting for pliantd …');
+        : why || 'Waiting for pliantd …', old);
     else panel.takeLink(timeline.recorded ? 'recording' : 'live', '');
     if (started && whyNothing()) hand.end();
     const silent = !(connected && daemon);
     if (silent === look.silent) return;
     look.silent = silent;
     changeLook();
+}
+
+// Where there is no room for both, what can be started is shown as long as nothing was.
+function takeWorkbench() {
+    if (!offered && bodies.length === 0) panel.fold(true);
+    offered = true;
+    showLink();
 }
 
 // A silent tool, or a force that is not repeated, disappears without a round.

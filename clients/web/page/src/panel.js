@@ -47,6 +47,9 @@ export class Panel {
         element('panel-button').setAttribute('aria-expanded', String(open));
     }
 
+    /** True if the panel lies over the picture. */
+    get covers() { return innerWidth < 560; }
+
     /** The levels that bodies have now: 0 to `finest`. */
     takeLevels(finest) {
         if (finest === this.finest) return;
@@ -104,6 +107,11 @@ export class Panel {
         set('describe', scene.describe ?? '');
         this.late = this.reasons = null;
         this.lateAt = -Infinity;
+        this.state = '';
+        this.showState();
+        element('events').replaceChildren();
+        element('advice').hidden = true;
+        for (const id of ['clock', 'step-text', 'late-text', 'error-text', 'counts']) set(id, '');
         for (const chart of [this.stepChart, this.lateChart, this.errorChart]) chart.clear();
         element('bodies').replaceChildren(...scene.bodies.map(({ name }) => {
             const row = document.createElement('tr');
@@ -205,13 +213,13 @@ export class Panel {
         while (list.children.length > EVENTS_SHOWN) list.lastChild.remove();
     }
 
-    /** The link: what is seen, or, with a notice, why there is nothing to see. */
-    takeLink(short, notice) {
+    /** The link: what is seen, or, with a notice, why there is nothing to see; `lost`: although there was. */
+    takeLink(short, notice, lost) {
         this.live = !notice;
         this.showState();
         const pill = element('link');
         set(pill, short);
-        pill.className = `pill ${this.live ? 'good' : 'bad'}`;
+        pill.className = `pill ${this.live ? 'good' : lost ? 'bad' : 'warm'}`;
         document.body.classList.toggle('silent', !this.live);
         element('notice').hidden = !notice;
         set('notice', notice);

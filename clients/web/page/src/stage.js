@@ -3,13 +3,14 @@
 // gets coarser meshes and one sample a pixel; what has stood still for a moment is drawn once more, with all its triangles
 // and four samples a pixel.
 
-import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, Vector2, Vector3,
+import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3,
     WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const BACKGROUND = 0x171b1f;
 const STILL_MS = 300;       // without a frame, before that
 const STILL_PIXELS = 4e6;   // most that are drawn then: a large window gets fewer samples a pixel
+const MARGIN = 0.94;        // of the free part of the picture: what a whole view fills
 const EDGE = 4, EDGE_SOFTWARE = 14; // [pixels]: shorter edges of triangles are not worth their time
 
 // Software rendering: without antialiasing, at one pixel per CSS pixel.
@@ -22,9 +23,14 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-    /** `beforeDraw(view)` is called before each frame: view = {eye, edge, turned, still}, see findView. */
-    constructor(canvas, beforeDraw) {
+    /**
+     * `beforeDraw(view)` is called before each frame: view = {eye, edge, turned, still}, see findView. `above`, `below`:
+     * what covers the top and the bottom of the picture; the scene is in the middle of the rest.
+     */
+    constructor(canvas, beforeDraw, { above, below }) {
         this.canvas = canvas;
+        this.above = above;
+        this.below = below;
         this.beforeDraw = beforeDraw;
         this.software = drawsInSoftware();
         // Opaque: a picture that could be seen through is mixed with the page behind it for every frame.
@@ -40,6 +46,7 @@ export class Stage {
         this.camera.position.set(0.3, -0.6, 0.3);
         this.controls = new OrbitControls(this.camera, canvas);
         this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
+        this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_ROTATE };
         this.controls.rotateSpeed = 0.8;
         this.controls.addEventListener('change', () => this.invalidate());
         this.size = 0.2; // size of the visible scene [m]
@@ -51,7 +58,8 @@ export class Stage {
         this.point = new Vector2();
         this.plane = new Plane();
         this.draw = this.draw.bind(this);
-        new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+        const sizes = new ResizeObserver(() => this.resize());
+        for (const part of [canvas.parentElement, above, below]) sizes.observe(part);
         canvas.addEventListener('keydown', (event) => this.key(event));
         this.resize();
     }
@@ -59,9 +67,15 @@ export class Stage {
     resize() {
         const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
         if (width === 0 || height === 0) return;
+        const { top, bottom } = this.canvas.getBoundingClientRect();
+        const hidden = (part, from, to) => (part.offsetHeight ? Math.min(Math.max(to - from, 0), 0.4 * height) : 0);
+        const up = hidden(this.above, top, this.above.getBoundingClientRect().bottom);
+        const down = hidden(this.below, this.below.getBoundingClientRect().top, bottom);
         this.renderer.setSize(width, height, false);
-        this.camera.aspect = width / height;
-        this.camera.updateProjectionMatrix();
+        this.free = { x: width / height, y: 1 - (up + down) / height }; // of the picture's height
+        this.camera.setViewOffset(width, height, 0, 0.5 * (down - up), width, height);
+        // A view that nobody has turned follows.
+        if (this.points && this.camera.position.equals(this.homeAt)) this.home();
         this.invalidate();
     }
 
@@ -103,10 +117,11 @@ export class Stage {
         return view;
     }
 
-    /** Looks at all of a box; `flat`: from above. */
-    fit(box, flat) {
+    /** Looks at all of a box, and of the points in it ([[x, y, z, ...], ...]); `flat`: from above. */
+    fit(box, flat, points) {
         this.size = Math.max(box.getSize(new Vector3()).length(), 1e-3);
         box.getCenter(this.center);
+        this.points = points;
         this.flat = flat;
         this.home();
         this.layGround(box, flat);
@@ -114,10 +129,8 @@ export class Stage {
 
     home() {
         const away = this.flat ? new Vector3(0, -0.02, 1) : new Vector3(0.55, -1, 0.48);
-        const { fov, aspect } = this.camera;
-        const narrow = Math.min(1, aspect);
-        const distance = 0.52 * this.size / Math.sin(0.5 * fov * Math.PI / 180) / narrow;
-        this.camera.position.copy(this.center).addScaledVector(away.normalize(), distance);
+        const distance = this.distanceOf(away.normalize());
+        this.camera.position.copy(this.center).addScaledVector(away, distance);
         this.camera.near = 0.02 * distance;
         this.camera.far = 12 * distance;
         this.camera.updateProjectionMatrix();
@@ -125,7 +138,23 @@ export class Stage {
         this.controls.minDistance = 0.1 * distance;
         this.controls.maxDistance = 8 * distance;
         this.controls.update();
+        this.homeAt = this.camera.position.clone();
         this.invalidate();
+    }
+
+    // From where, along `away`, all points are in the free part of the picture.
+    distanceOf(away) {
+        const half = MARGIN * Math.tan(0.5 * this.camera.fov * Math.PI / 180);
+        const right = new Vector3().crossVectors(this.camera.up, away).normalize();
+        const up = new Vector3().crossVectors(away, right), point = new Vector3();
+        let distance = 0.5 * this.size;
+        for (const list of this.points)
+            for (let i = 0; i < list.length; i += 3) {
+                point.fromArray(list, i).sub(this.center);
+                distance = Math.max(distance, point.dot(away) + Math.max(Math.abs(point.dot(right)) / this.free.x,
+                    Math.abs(point.dot(up)) / this.free.y) / half);
+            }
+        return distance;
     }
 
     // A grid below the bodies, of 1, 2 or 5 cm, m, ..., that shows their size.
@@ -186,13 +215,10 @@ export class Stage {
     }
 }
 
-/** The box of all bodies that are shown; empty: none is. */
+/** The box of all bodies; empty: there is none. */
 export function boxOfAll(bodies) {
     const box = new Box3();
-    for (const body of bodies)
-        if (body.shown) {
-            box.expandByPoint(new Vector3(body.box[0], body.box[1], body.box[2]));
-            box.expandByPoint(new Vector3(body.box[3], body.box[4], body.box[5]));
-        }
+    for (const { box: [x, y, z, ...most] } of bodies)
+        box.expandByPoint(new Vector3(x, y, z)).expandByPoint(new Vector3(...most));
     return box;
 }

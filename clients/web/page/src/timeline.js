@@ -75,6 +75,7 @@ export class Timeline {
         this.marks = [];
         this.curve = []; // live: [{time, force}]
         this.time = 0;
+        this.first = undefined; // live: [s] the first status
         this.strongest = 0; // [N] since the last status
         this.sought = null; // {id, at}: a seek without reply
         this.wanted = null; // [s] the seek after that: the newest wins
