@@ -257,11 +257,12 @@ double cavity_pressure(const Cavity *cavity)
     return pressure_in(cavity, closed_volume(cavity));
 }
 
-// Returns the content of a gas or fluid that has a pressure in a volume.
+// Returns the content of a gas or fluid that has a pressure in a volume. None has a fluid bear more
+// than its modulus, which it would have where it fills nothing.
 static double content_of(const Cavity *cavity, double pressure, double volume)
 {
     return cavity->options.gas ? (cavity->options.ambient + pressure) * volume
-                               : volume / (1.0 - pressure / cavity->bulk_modulus);
+                               : volume / fmax(LEAST_VOLUME, 1.0 - pressure / cavity->bulk_modulus);
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -414,6 +414,23 @@ TEST(a_state_that_no_run_could_go_on_from_is_not_written)
     }
 }
 
+#ifdef PLIANT_WITH_VOXEL
+// Its friction, which is a part of its speed over its radius, both of which are zero.
+TEST(a_tool_of_no_size_leaves_a_state_to_go_on_from)
+{
+    START_RUN(run,
+              "bodies = ( { name = \"block\"; model = \"voxel\"; contact = { friction = 0.3; };\n"
+              "  voxels = { generator = \"box\"; count = 4; size = 0.01; }; } );\n"
+              "tools = ( { id = 1; kind = \"static\"; capsules = (\n"
+              "  { from = [0, 0, 9]; radius = 1.0e-300; },\n"
+              "  { from = [0, 0, 0.025]; radius = 0.01; } ); } );\n");
+    for (int tick = 0; tick < 5; tick++)
+        sim_step(run.world.sim);
+    assert_true(vec3_length(sim_wrench(run.world.sim, 0)->force) > 0.0);
+    assert_null(world_fault(&run.world));
+}
+#endif
+
 TEST(a_full_disk_leaves_the_previous_file_whole)
 {
     Status status = {0};

@@ -551,6 +551,20 @@ TEST(bad_cavities_are_refused)
     }
 }
 
+// A wall of springs to the world bears what its fluid cannot: a scene may ask for that.
+TEST(a_fluid_pressed_beyond_its_modulus_is_still_there)
+{
+    SCOPED(run_destroy) Run run;
+    run_create(&run, "bodies = ( { name = \"ball\"; mesh = { generator = \"sphere\"; nodes = 162;\n"
+                     "  radius = 0.0087; }; shape = {};\n"
+                     "  cavity = { fluid = true; pressure = 1.0e6; }; } );\n");
+    const Cavity *cavity = cavity_of(&run);
+    assert_true(cavity->bulk_modulus < 1e6);
+    step(&run, 1);
+    assert_true(cavity->state->content > 0.0);
+    assert_null(world_fault(&run.world));
+}
+
 // Three thousand newtons on a node throw a wall inside out, with numbers that are all finite.
 TEST(a_volume_that_no_checkpoint_may_hold_is_a_bad_tick)
 {

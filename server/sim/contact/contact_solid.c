@@ -347,8 +347,9 @@ static double sliding(const Contact *contact, Vec3 net)
                  speed2 = vec3_dot(clear->way, clear->way), on = vec3_dot(clear->way, clear->press),
                  turned = vec3_dot(vec3_unit(net), clear->press),
                  straight = fmin(1.0, fmax(0.0, (turned - TURNED) / (STRAIGHT - TURNED))),
-                 counts = on > 0.0 ? on : straight * on;
-    return fmax(0.0, speed2 - counts * counts) / (speed2 + least * least);
+                 counts = on > 0.0 ? on : straight * on, aside = speed2 - counts * counts;
+    // The square of the radius of a tool of no size is zero, as its speed may be.
+    return aside > 0.0 ? aside / (speed2 + least * least) : 0.0;
 }
 
 // Returns the coefficient of friction that acts on the nodes under a capsule. One that slides has
