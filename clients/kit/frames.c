@@ -67,6 +67,13 @@ static bool nodes_valid(const pliant_nodes_t *chunk)
            range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
 }
 
+// True if the memory of so many nodes is paid for by the rows of a mesh that came: a packet of 100
+// bytes must not make its receiver take that of the largest.
+static bool nodes_paid(int count, int mesh_nodes)
+{
+    return count <= FRAMES_NODES_FREE || count <= mesh_nodes;
+}
+
 enum { LOST_MOST = 1 << 16 };
 
 // Forgets the nodes and takes memory for others; the counts stay.
@@ -75,7 +82,7 @@ static bool nodes_resize(NodesFrame *frame, int count)
     const NodesFrame old = *frame;
     const size_t nodes = (size_t)count;
     nodes_frame_destroy(frame);
-    *frame = (NodesFrame){.lost = old.lost, .refused = old.refused};
+    *frame = (NodesFrame){.lost = old.lost, .refused = old.refused, .mesh_nodes = old.mesh_nodes};
     if (!frames_claim(&frame->held, nodes * (3 * sizeof(float) + sizeof(int32_t) + 2)))
         return false;
     frame->position = frames_allocate(3 * nodes, sizeof(float));
@@ -135,7 +142,7 @@ static FramesResult nodes_take(NodesFrame *frame, const NodesPart *part)
         return FRAMES_STALE;
     // The first part of another frame, or one more of this.
     if (!frame->started || part->sequence != frame->sequence) {
-        if (!nodes_begin(frame, part))
+        if (!nodes_paid(part->node_count, frame->mesh_nodes) || !nodes_begin(frame, part))
             return FRAMES_REFUSED;
     } else if (part->node_count != frame->node_count || part->topology != frame->topology ||
                part->step != frame->step ||
@@ -292,7 +299,7 @@ static bool rest_allocate(RestFrame *frame, int count)
     const RestFrame old = *frame;
     const size_t nodes = (size_t)count;
     rest_frame_destroy(frame);
-    *frame = (RestFrame){.lost = old.lost, .refused = old.refused};
+    *frame = (RestFrame){.lost = old.lost, .refused = old.refused, .mesh_nodes = old.mesh_nodes};
     if (!frames_claim(&frame->held, nodes * (5 * sizeof(float) + 1)))
         return false;
     frame->position = frames_allocate(3 * nodes, sizeof(float));
@@ -329,7 +336,7 @@ static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
         return FRAMES_STALE;
     // The first chunk of another message, or one more of this.
     if (!frame->started || chunk->sequence != frame->sequence) {
-        if (!rest_begin(frame, chunk))
+        if (!nodes_paid(chunk->node_count, frame->mesh_nodes) || !rest_begin(frame, chunk))
             return FRAMES_REFUSED;
     } else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
                chunk->chunk_count != frame->chunk_count ||

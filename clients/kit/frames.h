@@ -3,7 +3,7 @@
 // Chunks that contradict their frame are refused, chunks of other frames dropped. The sizes on the
 // wire are bounded, a mesh takes the memory of what arrives of it, and all frames of a process
 // share a budget: a body that finds no memory is refused, and starts again with its next whole
-// message.
+// message. Nodes, which are of no use without their mesh, may be as many as have come of it.
 #ifndef PLIANT_CLIENTS_FRAMES_H
 #define PLIANT_CLIENTS_FRAMES_H
 
@@ -14,7 +14,8 @@
 #include <stdint.h>
 
 enum {
-    FRAMES_NODES_MAX = 1 << 22, // a frame that claims more is refused
+    FRAMES_NODES_MAX = 1 << 22,  // a frame that claims more is refused
+    FRAMES_NODES_FREE = 1 << 16, // and one of nodes that claims more than these and its mesh
     FRAMES_TRIANGLES_MAX = 1 << 23,
     FRAMES_CHUNKS_MAX = 1 << 16, // of a mesh; the largest needs 5462 as the server cuts it
     FRAMES_BYTES_MAX = 1 << 30,  // of all frames: the largest mesh with its nodes takes 0.5 GB
@@ -47,6 +48,7 @@ typedef struct NodesFrame {
     int node_count;
     float *position; // [3 node_count], world frame [m]
     int32_t *frame; // [node_count] sequence of the frame that each position is of; valid if `ready`
+    int mesh_nodes; // set by the owner: MeshFrame.most_nodes of the body
     // bookkeeping
     bool started, whole;
     bool ready;        // whole, or patched: all positions are of this topology
@@ -66,6 +68,7 @@ typedef struct RestFrame {
     float *position; // [3 node_count], world frame [m]
     bool textured;
     float *texture; // [2 node_count] u v, zero unless textured
+    int mesh_nodes; // as in NodesFrame
     // bookkeeping
     bool started, whole;
     FramesParts nodes;
@@ -98,7 +101,7 @@ typedef struct MeshFrame {
     MESH_COLUMNS(MESH_NUMBERS) // [3 triangle_count], [node_count], [2 node_count] and so on
     // bookkeeping
     MeshChange next, change;        // whole, delta
-    int most_nodes, most_triangles; // so far: a delta without rows may grow the mesh to these
+    int most_nodes, most_triangles; // so far: what a delta without rows, or nodes, may claim
     size_t held;                    // of the budget [bytes]
     int64_t lost;                   // whole meshes and deltas given up for a newer one
     int64_t missed;                 // deltas of meshes that we do not have

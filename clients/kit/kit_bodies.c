@@ -105,6 +105,7 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
     KitBody *body = add(kit, client_nodes_body(&kit->client, channel));
     if (!body)
         return;
+    body->nodes.mesh_nodes = body->mesh.most_nodes;
     const FramesResult result = nodes_frame_add(&body->nodes, buffer->data, buffer->data_size);
     if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;

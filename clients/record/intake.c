@@ -296,6 +296,7 @@ static void take_nodes(Intake *intake, int index, const void *data, size_t size)
     intake->survey.body[index].seen = true;
     if (intake->options.survey_only)
         return;
+    body->nodes.mesh_nodes = body->mesh.most_nodes;
     if (nodes_frame_add(&body->nodes, data, size) != FRAMES_WHOLE)
         return;
     // Steps that go back mean another daemon.

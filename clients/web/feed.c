@@ -156,6 +156,7 @@ void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_
     if (!body)
         return;
     // Where packets were lost, older nodes are better than none.
+    body->nodes.mesh_nodes = body->mesh.most_nodes;
     FramesResult result = nodes_frame_add(&body->nodes, data, size);
     if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;
@@ -166,7 +167,10 @@ void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_
 void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t size)
 {
     Body *body = find(bodies, name);
-    if (!body || rest_frame_add(&body->rest, data, size) != FRAMES_WHOLE)
+    if (!body)
+        return;
+    body->rest.mesh_nodes = body->mesh.most_nodes;
+    if (rest_frame_add(&body->rest, data, size) != FRAMES_WHOLE)
         return;
     body->new_rest = true;
     show(bodies, body);

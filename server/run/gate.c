@@ -33,8 +33,7 @@ static bool is_young(const Gate *gate, const GateEntry *entry)
 
 // Remembers an admitted request. A place is free, or that of the oldest request of which no repeat
 // comes anymore; a sender that has more of them than are left to others displaces its own answered
-// ones. Else there is none: a request that is not remembered must not be executed, since its repeat
-// would be, too.
+// ones. False: there is none.
 static bool remember(Gate *gate, const Input *input)
 {
     const bool urgent = input_is_urgent(input->kind, input->command.kind);
@@ -129,8 +128,11 @@ void gate_pass(Gate *gate, InputKind kind, const void *data, size_t size, int64_
         refusal = input_check(input, gate->sim, result->why);
     if (refusal == ACCEPTED && kind == INPUT_POSE)
         refusal = check_owner(gate, input, now_us, result->why);
-    // What is refused takes no place: it would be refused again.
-    if (refusal == ACCEPTED && input_is_request(input) && !remember(gate, input)) {
+    // What is refused takes no place: it would be refused again. What is not remembered must not be
+    // executed, since its repeat would be, too; but a PAUSE or STOP may be, so that no flood of
+    // them keeps one away.
+    if (refusal == ACCEPTED && input_is_request(input) && !remember(gate, input) &&
+        !input_is_urgent(kind, input->command.kind)) {
         refusal = REFUSED_FULL;
         snprintf(result->why, INPUT_WHY_MAX, "%d requests of the last %d s are remembered, no more",
                  GATE_ANSWERS, GATE_REPEAT_US / 1000000);

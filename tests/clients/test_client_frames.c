@@ -164,6 +164,24 @@ TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
     check_frame(&frame, 3);
 }
 
+// A chunk of one node takes no memory of a mesh that has not come.
+TEST(nodes_take_the_memory_of_their_mesh)
+{
+    NodesFrame frame = {.mesh_nodes = 2 * FRAMES_NODES_FREE};
+    pliant_nodes_t chunk = nodes_chunk(1, 0);
+    chunk.node_count = 2 * FRAMES_NODES_FREE + 1;
+    assert_int_equal(add_nodes(&frame, &chunk), FRAMES_REFUSED);
+    assert_int_equal(frame.held, 0);
+    chunk.node_count--;
+    assert_int_equal(add_nodes(&frame, &chunk), FRAMES_MORE);
+    // What the mesh allows outlasts a change of size.
+    chunk.sequence++;
+    chunk.node_count = FRAMES_NODES_FREE;
+    assert_int_equal(add_nodes(&frame, &chunk), FRAMES_MORE);
+    assert_int_equal(frame.mesh_nodes, 2 * FRAMES_NODES_FREE);
+    nodes_frame_destroy(&frame);
+}
+
 // All frames of a process share a budget: what does not fit is refused, and has its chance again.
 TEST(frames_beyond_the_budget_are_refused_without_an_end_of_the_program)
 {
@@ -172,6 +190,8 @@ TEST(frames_beyond_the_budget_are_refused_without_an_end_of_the_program)
     pliant_nodes_t chunk = nodes_chunk(1, 0);
     chunk.node_count = FRAMES_NODES_MAX;
     int taken = 0;
+    for (int i = 0; i < MOST; i++)
+        frame[i].mesh_nodes = FRAMES_NODES_MAX;
     while (taken < MOST && add_nodes(&frame[taken], &chunk) == FRAMES_MORE)
         taken++;
     // 18 bytes a node: 14 such frames are the last below 1 GiB.

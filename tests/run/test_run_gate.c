@@ -214,6 +214,18 @@ TEST(what_may_be_repeated_keeps_its_place)
     assert_int_equal(pass_at(fixture, 1, 1, LATER, RESUME, NULL), PASSAGE_OPEN);
 }
 
+// Twice does no harm, and the one who needs it is not who floods.
+TEST(no_flood_of_urgent_requests_keeps_one_away)
+{
+    Fixture *fixture = *test_state;
+    enum { PAUSE = 1, STOP = 8 };
+    for (int sender = 0; sender < GATE_ANSWERS; sender++)
+        assert_int_equal(pass_at(fixture, sender, 1, 0, PAUSE, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, GATE_ANSWERS, 1, 0, STOP, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, GATE_ANSWERS, 1, 0, STOP, NULL), PASSAGE_OPEN);
+    assert_int_equal(pass_at(fixture, 5, 1, 0, PAUSE, NULL), PASSAGE_PENDING);
+}
+
 TEST(a_request_for_which_there_was_no_room_is_tried_again)
 {
     Fixture *fixture = *test_state;

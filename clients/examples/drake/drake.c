@@ -126,7 +126,10 @@ static void pack(Bridge *bridge, Shown *body)
 static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Shown *body = find_body(user, "NODES", channel);
-    if (body && nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
+    if (!body)
+        return;
+    body->nodes.mesh_nodes = body->mesh.most_nodes;
+    if (nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
         pack(user, body);
 }
 
