@@ -250,6 +250,12 @@ static bool edges_are_manifold(const TriMesh *mesh, const HalfEdges *half, MeshF
                 fault, a, half->order[first + 1] / 3,
                 "triangles %d and %d both run from node %d to node %d: opposite orientations",
                 h / 3, half->order[first + 1] / 3, name_of(mesh, a), name_of(mesh, b));
+        // Divided, two such triangles would share the edges inside them as well.
+        if (end - first == 2 &&
+            half_edge_from(mesh, half_edge_previous(h)) ==
+                half_edge_from(mesh, half_edge_previous(half->order[first + 1])))
+            return fault_set(fault, a, h / 3, "triangles %d and %d have the same three nodes",
+                             h / 3, half->order[first + 1] / 3);
         first = end;
     }
     return true;

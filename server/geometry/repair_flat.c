@@ -235,6 +235,22 @@ static bool drop_and_turn(Flats *flats)
     return flats->count == 0;
 }
 
+// Drops pairs of triangles with the same three nodes, which enclose nothing: a merge leaves one of
+// a tetrahedron.
+static void drop_pairs(Repair *repair)
+{
+    const TriMesh *mesh = &repair->mesh;
+    HalfEdges half;
+    half_edge_create(&half, mesh);
+    for (int h = 0; h < half.count; h++)
+        if (half.twin[h] >= 0 && apex(mesh, h) == apex(mesh, half.twin[h])) {
+            repair->repairs->flat_faces += repair->polygon[h / 3] >= 0;
+            repair->polygon[h / 3] = -1;
+        }
+    half_edge_destroy(&half);
+    repair_compact(repair);
+}
+
 // Merges the two nearest nodes of flat triangles where they almost coincide; returns how many were
 // merged.
 static int merge(Repair *repair)
@@ -269,6 +285,8 @@ static int merge(Repair *repair)
             repair->polygon[t] = -1;
     }
     repair_compact(repair);
+    if (merged > 0)
+        drop_pairs(repair);
     repair->repairs->merged_nodes += merged;
     return merged;
 }

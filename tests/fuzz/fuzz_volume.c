@@ -30,6 +30,34 @@ static const char *write_files(const uint8_t *data, size_t size)
     return fuzz_write("volume.hdr", data, head);
 }
 
+// The labels that a file lists are those that its names lead to.
+static void check_lists(const char *path)
+{
+    LabelVolume volume;
+    VolumeLabels list;
+    Status status = {0};
+    if (!volume_survey(path, 0, &volume, &list, &status)) {
+        fuzz_print(status.text);
+        MUST(status.code == STATUS_INVALID && strchr(status.text, '\n') == NULL);
+        return;
+    }
+    for (int i = 0; i < list.count; i++) {
+        const VolumeLabel *label = &list.label[i];
+        MUST(label->layer >= 1 && label->layer <= volume.layers && label->voxels >= 0);
+        for (int a = 0; a < 3; a++)
+            MUST(label->voxels == 0 || (label->low[a] >= 0 && label->low[a] < label->high[a] &&
+                                        label->high[a] <= volume.count[a]));
+    }
+    for (int s = 0; s < volume.segment_count; s++) {
+        int layer = volume.segment[s].layer;
+        Status why = {0};
+        const int found = volume_find_name(&volume, volume.segment[s].name, &layer, &why);
+        MUST(found == 0 ? why.text[0] != '\0' : found > 0 && layer == volume.segment[s].layer);
+    }
+    volume_labels_destroy(&list);
+    volume_destroy(&volume);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     log_set_level(LOG_ERROR);
@@ -57,6 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!ok || cells > CELLS_MOST)
         return 0;
 
+    check_lists(path);
     VoxelSource source = {.kind = VOXELS_FILE, .file = (char *)path, .scale = 1.0};
     source.label_count = 2;
     source.label[0] = 1;

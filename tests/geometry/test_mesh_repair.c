@@ -318,6 +318,29 @@ TEST(nodes_that_all_but_coincide_are_merged_where_a_face_has_no_area)
     assert_int_equal(mesh_node_of_file(&result.mesh, 6), 0);
 }
 
+// A merge may leave two triangles of the same nodes of a tetrahedron. They enclose nothing, and
+// divided they would share the edges inside them: they go, the rest stays.
+TEST(what_a_merge_makes_of_a_flat_tetrahedron_is_taken_out)
+{
+    MeshDraft draft = cube_draft();
+    const Vec3 x[4] = {{3, 0, 0}, {4, 0, 0}, {3, 1, 0}, {3, 0, 1e-11}};
+    add_nodes(&draft, x, 4);
+    add_tetrahedron(&draft, 8, 9, 10, 11);
+    SCOPED(result_destroy) Result result = repair(&draft);
+    assert_int_equal(result.mesh.triangle_count, 12);
+    assert_int_equal(result.mesh.node_count, 8);
+    // Such a pair is no mesh, whoever made it.
+    TriMesh pair;
+    MeshFault fault;
+    mesh_create(&pair, 3, 2);
+    memcpy(pair.position, x, 3 * sizeof *x);
+    const int face[2][3] = {{0, 1, 2}, {2, 1, 0}};
+    memcpy(pair.triangle, face, sizeof face);
+    assert_false(mesh_check(&pair, &fault));
+    assert_non_null(strstr(fault.text, "the same three nodes"));
+    mesh_destroy(&pair);
+}
+
 // --- orientation ---
 
 TEST(faces_are_turned_until_closed_surfaces_look_outward)
