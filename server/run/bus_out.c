@@ -395,6 +395,21 @@ static int fill_reasons(const Bus *bus, char *name[REASONS], int64_t count[REASO
     return reasons;
 }
 
+// Slow ticks make statuses rare: a repeat tells how fast the ticks since the last one were.
+static double find_factor(Bus *bus, bool fresh)
+{
+    const int64_t now_ns = clock_now_ns();
+    const int64_t ticks = atomic_load_explicit(&bus->exchange->step, memory_order_relaxed);
+    const double due = 1e-9 * (double)(now_ns - bus->fresh_ns) * bus->scene->sim.rate_hz;
+    if (!fresh)
+        return bus->status->state == RUN_RUNNING
+                   ? (double)(ticks - bus->fresh_ticks) / fmax(due, 1.0)
+                   : 0.0;
+    bus->fresh_ns = now_ns;
+    bus->fresh_ticks = ticks;
+    return bus->status->real_time_factor;
+}
+
 // Sends the status. Not `fresh`: a repeat, whose figures "since the last status" are zero.
 void bus_send_status(Bus *bus, bool fresh)
 {
@@ -414,7 +429,7 @@ void bus_send_status(Bus *bus, bool fresh)
                                .step = from->step,
                                .time = from->time,
                                .rate_hz = bus->scene->sim.rate_hz,
-                               .real_time_factor = timed ? from->real_time_factor : 0.0,
+                               .real_time_factor = find_factor(bus, fresh),
                                .late_ticks = late > from->late_ticks ? late : from->late_ticks,
                                .resets = from->resets,
                                .rejected = gate_refused(&bus->gate),
@@ -494,6 +509,13 @@ void bus_report(Bus *bus, int64_t now_ns)
 {
     Exchange *exchange = bus->exchange;
     publish_events(bus, &exchange->event);
+    if (atomic_load(&exchange->pace_told)) {
+        EventOut slow = {
+            .step = bus->status != NULL ? bus->status->step : 0, .body = -1, .kind = "slow"};
+        snprintf(slow.text, sizeof slow.text, "%s", exchange->pace);
+        bus_send_event(bus, &slow);
+        atomic_store(&exchange->pace_told, false);
+    }
     publish_answers(bus, &exchange->answer, now_ns);
     if (exchange->checkpoints)
         publish_answers(bus, &exchange->written, now_ns);

@@ -184,6 +184,7 @@ struct Bus {
     BodyStream *body;
     pliant_body_status_t *body_status; // scratch
     int64_t next_mesh_ns, next_status_ns, status_reported_ns;
+    int64_t fresh_ns, fresh_ticks;    // of the last status that was not a repeat
     OutChannel *channel[OUT_KINDS];   // [1, bodies or tools]
     MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes
     float *texture;                   // scratch of a chunk; NULL if no body has texture to publish

@@ -213,7 +213,9 @@ typedef struct Exchange {
     // main -> step
     atomic_bool stop;
     atomic_bool checkpoint_wanted;
-    atomic_bool step_ended; // main -> bus: no more beats follow
+    atomic_bool step_ended;   // main -> bus: no more beats follow
+    char pace[INPUT_WHY_MAX]; // main -> bus: why ticks are late; the bus's while pace_told
+    atomic_bool pace_told;
     // wake-ups (eventfd)
     int step_fd, bus_fd, files_fd;
     // constant

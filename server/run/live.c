@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "run/files_thread.h"
+#include "run/realtime.h"
 
 #include <errno.h>
 #include <math.h>
@@ -26,6 +27,7 @@ struct Live {
     Service service;
     int done_fd, signal_fd;
     char *describe;
+    Quota quota;
 };
 
 static bool open_input_log(Live *live, Status *status)
@@ -87,13 +89,35 @@ static bool prepare(Live *live, Status *status)
 typedef struct Pace {
     int64_t next_ns, ticks, late; // when to look again; counts at the last look
     int64_t looked_ns;
-    int slow, calm; // seconds in a row with and without late ticks
+    int slow, calm;  // seconds in a row with and without late ticks
+    int64_t held_us; // by the quota, in the slow ones
     bool warned;
 } Pace;
 
+// Names what made ticks late, in the log and to the clients.
+static void warn_of_pace(const Pace *pace, Live *live, double ticks)
+{
+    Exchange *exchange = &live->exchange;
+    char cure[160] = "fewer nodes, larger cells, threads, or a lower rate_hz (pliant-monitor shows "
+                     "the stages)";
+    // Less is in the noise, as in late_share.
+    if ((double)pace->held_us > 0.05e6 * pace->slow)
+        snprintf(cure, sizeof cure,
+                 "the processor quota of its control group (cpu.max %s) stopped it for %.1f s: "
+                 "raise it (CPUQuota=, --cpus)",
+                 live->quota.limit, 1e-6 * (double)pace->held_us);
+    if (!atomic_load(&exchange->pace_told)) {
+        snprintf(exchange->pace, sizeof exchange->pace,
+                 "slower than real time for %d s: %.3g of %.0f ticks a second; %s", pace->slow,
+                 ticks, live->scene->sim.rate_hz, cure);
+        log_line(LOG_WARNING, "%s", exchange->pace);
+        atomic_store(&exchange->pace_told, true);
+    }
+}
+
 // Warns of a scene that has been slower than real time for two seconds, and again only when it has
 // been in time for ten.
-static void look_at_pace(Pace *pace, const Live *live)
+static void look_at_pace(Pace *pace, Live *live)
 {
     enum { SLOW_SECONDS = 2, CALM_SECONDS = 10, AWAY_SECONDS = 2 };
     const double late_share = 0.05; // fewer are the machine's
@@ -113,15 +137,14 @@ static void look_at_pace(Pace *pace, const Live *live)
     const double rate = live->scene->sim.rate_hz;
     const int seconds = (int)fmax(1.0, round((double)due / rate));
     const bool slow = pace->next_ns > 0 && (double)missed > late_share * (double)due;
+    const int64_t held_us = quota_look(&live->quota);
     pace->slow = slow ? pace->slow + seconds : 0;
+    pace->held_us = slow ? pace->held_us + held_us : 0;
     pace->calm = slow ? 0 : pace->calm + seconds;
     pace->warned &= pace->calm < CALM_SECONDS;
     if (pace->slow >= SLOW_SECONDS && !pace->warned) {
         pace->warned = true;
-        log_line(LOG_WARNING,
-                 "slower than real time for %d s: %.3g of %.0f ticks a second; fewer nodes, larger "
-                 "cells, threads, or a lower rate_hz (pliant-monitor shows the stages)",
-                 pace->slow, (double)done / seconds, rate);
+        warn_of_pace(pace, live, (double)done / seconds);
     }
     pace->ticks = ticks;
     pace->late = late;
@@ -132,6 +155,7 @@ static void look_at_pace(Pace *pace, const Live *live)
 static void wait_for_end(Live *live)
 {
     Pace pace = {0};
+    quota_find(&live->quota);
     struct pollfd fds[2] = {{.fd = live->done_fd, .events = POLLIN},
                             {.fd = live->signal_fd, .events = POLLIN}};
     while ((fds[0].revents & POLLIN) == 0) {
@@ -157,8 +181,10 @@ static void collect(Live *live, LiveResult *result)
 {
     const Exchange *exchange = &live->exchange;
     // The threads have ended: their counters are final.
+    quota_look(&live->quota);
     *result = (LiveResult){.ticks = live->loop.ticks,
                            .late_ticks = live->loop.late_ticks,
+                           .quota = live->quota,
                            .resets = sim_resets(live->world->sim),
                            .governor_actions = live->loop.governor.actions,
                            .governor_stage = live->loop.governor.reduction,

@@ -9,6 +9,7 @@
 #include "run/exchange.h"
 #include "run/input_log.h"
 #include "run/loop.h"
+#include "run/realtime.h"
 #include "scene/scene.h"
 
 #include <signal.h>
@@ -62,6 +63,7 @@ typedef struct LiveResult {
     int64_t checkpoints;
     int64_t recorded, recorded_lost; // frames
     unsigned recorded_high;
+    Quota quota;
 } LiveResult;
 
 typedef struct Live Live;

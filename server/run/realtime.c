@@ -6,6 +6,7 @@
 #include <errno.h>
 #include <sched.h>
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -119,6 +120,68 @@ void realtime_pin_step(const Team *team, pthread_t step)
     if (team != NULL)
         pin(step, 0);
 }
+
+// --- quota ---
+
+static int64_t read_held_us(const char *path)
+{
+    char line[128];
+    long long us = 0;
+    FILE *file = fopen(path, "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL)
+        if (sscanf(line, "throttled_usec %lld", &us) == 1)
+            break;
+    if (file != NULL)
+        fclose(file);
+    return us;
+}
+
+// Reads cpu.max of a group; false without a quota.
+static bool read_limit(Quota *quota, const char *folder)
+{
+    char path[512];
+    snprintf(path, sizeof path, "/sys/fs/cgroup%.400s/cpu.max", folder);
+    FILE *file = fopen(path, "r");
+    const bool read = file != NULL && fgets(quota->limit, sizeof quota->limit, file) != NULL;
+    if (file != NULL)
+        fclose(file);
+    quota->limit[strcspn(quota->limit, "\n")] = '\0';
+    if (read && strncmp(quota->limit, "max", 3) != 0)
+        return true;
+    quota->limit[0] = '\0';
+    return false;
+}
+
+void quota_find(Quota *quota)
+{
+    char line[512], folder[512] = "";
+    *quota = (Quota){0};
+    FILE *file = fopen("/proc/self/cgroup", "r");
+    while (file != NULL && fgets(line, sizeof line, file) != NULL)
+        if (strncmp(line, "0::/", 4) == 0)
+            snprintf(folder, sizeof folder, "%.*s", (int)strcspn(line + 3, "\n"), line + 3);
+    if (file != NULL)
+        fclose(file);
+    // Its own group, or the nearest one around it that has one.
+    while (!read_limit(quota, folder)) {
+        char *end = strrchr(folder, '/');
+        if (end == NULL)
+            return;
+        *end = '\0';
+    }
+    snprintf(quota->stat, sizeof quota->stat, "/sys/fs/cgroup%.400s/cpu.stat", folder);
+    quota->first_us = read_held_us(quota->stat);
+}
+
+int64_t quota_look(Quota *quota)
+{
+    const int64_t before = quota->held_us;
+    if (quota->limit[0] != '\0')
+        quota->held_us = read_held_us(quota->stat) - quota->first_us;
+    return quota->held_us - before;
+}
+
+// --- while requests take long ---
 
 void realtime_pause(void)
 {

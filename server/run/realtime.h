@@ -29,4 +29,16 @@ void realtime_pin_step(const Team *team, pthread_t step);
 void realtime_pause(void);
 void realtime_resume(void);
 
+// How long the control group's quota of processors (cgroup v2, cpu.max) has stopped this process.
+typedef struct Quota {
+    char limit[64]; // as in cpu.max: "20000 100000", microseconds of a period; "": none
+    char stat[512]; // file of the group that has it
+    int64_t first_us, held_us;
+} Quota;
+
+// Finds the group with the quota. Main thread, once.
+void quota_find(Quota *quota);
+// Returns how long all threads together were stopped since the last call [us]; held_us is the sum.
+int64_t quota_look(Quota *quota);
+
 #endif

@@ -84,6 +84,9 @@ void report_live(World *world, const LiveResult *result, FILE *out)
     // Time: ticks, and how long they took.
     fprintf(out, "ticks: %lld\nlate ticks: %lld\nresets: %lld\n", (long long)result->ticks,
             (long long)result->late_ticks, (long long)result->resets);
+    if (result->quota.held_us > 0)
+        fprintf(out, "stopped by the processor quota (cpu.max %s): %.1f s\n", result->quota.limit,
+                1e-6 * (double)result->quota.held_us);
     print_guard(world, out);
     print_times("step time", &result->step, out);
     print_times("wake-up", &result->wake, out);

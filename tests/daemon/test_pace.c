@@ -5,6 +5,10 @@
 #include "lcm_client.h"
 #include "scene_writer.h"
 
+#include "pliant_status_t.h"
+
+#include <math.h>
+
 TEST(ticks_and_late_ticks_add_up_to_the_duration)
 {
     run_daemon(&pliantd, "--duration 1 %s", write_scene("duration.cfg", "rate_hz = 1000.0;", ""));
@@ -44,6 +48,68 @@ TEST(a_scene_slower_than_real_time_is_warned_of_once)
     assert_non_null(warning);
     expect_in(warning, " of 1000 ticks a second");
     assert_null(strstr(warning + 1, says));
+}
+
+HANDLER(on_factor, pliant_status_t, m)
+{
+    double *factor = user;
+    assert_true(isfinite(m->real_time_factor));
+    *factor = m->real_time_factor;
+}
+
+// Its first status with figures would come after a second of its own time: each repeat before has
+// the pace of the ticks so far.
+TEST(statuses_of_slow_ticks_have_their_pace)
+{
+    const char *path = scratch("factor.cfg");
+    write_text(path, "name = \"factor\"; publish = { nodes_hz = 0.0; status_hz = 1.0; };\n"
+                     "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
+                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 4; }; } );\n");
+    SCOPED_CLIENT Client *client = server_start(&pliantd, "%s", path);
+    double factor = 0.0;
+    pliant_status_t_subscription_t *on =
+        pliant_status_t_subscribe(client->lcm, "PLIANT_STATUS", on_factor, &factor);
+    wait_until(client, factor > 0.0);
+    expect_at_most((double)client->status.step, 999.0); // else it was that first one
+    expect_at_most(factor, 0.9);                        // ticks take several periods
+    pliant_status_t_unsubscribe(client->lcm, on);
+    process_end(&pliantd);
+}
+
+static const char *write_throttled(long long us)
+{
+    char text[64];
+    const char *path = scratch("cpu.stat");
+    snprintf(text, sizeof text, "usage_usec 1\nthrottled_usec %lld\n", us);
+    write_text(path, text);
+    return path;
+}
+
+// A control group's files of our own, where its are.
+TEST(the_quota_of_processors_is_named_as_the_cause_of_late_ticks)
+{
+    const char *path = scratch("quota.cfg"), *folder = scratch(".");
+    write_text(scratch("cpu.max"), "20000 100000\n");
+    write_throttled(70000);
+    write_text(path, "name = \"quota\"; publish = { nodes_hz = 0.0; };\n"
+                     "bodies = ( { name = \"ball\"; time_step = 2.5e-6; shape = {};\n"
+                     "  mesh = { generator = \"ico_sphere\"; subdivisions = 4; }; } );\n");
+    SCOPED_CLIENT Client *client = client_create();
+    process_start(&pliantd, "unshare", "-m sh -c 'mount --bind %s /sys/fs/cgroup && exec %s %s'",
+                  folder, program_path("pliantd"), path);
+    client_wait_for_daemon(client);
+    long long us = 70000;
+    while (!saw_event(client, "slow")) {
+        write_throttled(us += 100000);
+        client_listen(client, 100);
+    }
+    const Event *event = client->event;
+    while (strcmp(event->kind, "slow") != 0)
+        event++;
+    expect_in(event->text, "cpu.max 20000 100000");
+    process_end(&pliantd);
+    expect_in(pliantd.err, "cpu.max 20000 100000");
+    expect_in(pliantd.out, "stopped by the processor quota (cpu.max 20000 100000): ");
 }
 
 // The same work in a body that adapts: judged after a quarter of a second, not after 250 ticks,
