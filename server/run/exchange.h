@@ -167,6 +167,7 @@ typedef struct StatusOut {
 typedef struct AppliedInput {
     int64_t step;
     Input input;
+    double stopped_s; // not 0: instead of an input, how long the daemon had stood still [s]
 } AppliedInput;
 
 typedef struct Exchange {

@@ -155,6 +155,11 @@ InputLogWriter *input_log_create(const char *path, const InputLogHeader *header,
 
 bool input_log_write(InputLogWriter *writer, const AppliedInput *applied)
 {
+    if (applied->stopped_s > 0.0) {
+        char text[64]; // no key of the end mark, for which readers of before look
+        snprintf(text, sizeof text, "stopped\nseconds = %.3f\n", applied->stopped_s);
+        return write_text(writer, applied->step, text);
+    }
     unsigned char data[INPUT_WIRE_MAX];
     size_t size = input_encode(&applied->input, data);
     char channel[128];
@@ -348,6 +353,21 @@ int64_t input_log_last_step(const InputLogReader *reader, double rate_hz, int64_
     return step_at(reader, since, rate_hz, first_step);
 }
 
+// Reads an event about the run: its end, what the log lacks so far, or a stop; true of that.
+static bool read_mark(InputLogReader *reader)
+{
+    char text[EVENT_LOG_DATA_MAX + 2], seconds[64];
+    event_text(&reader->event, text);
+    if (find_value(text, "seconds", seconds, sizeof seconds)) {
+        reader->stopped_s = strtod(seconds, NULL);
+        return reader->stopped_s > 0.0 && isfinite(reader->stopped_s);
+    }
+    // Only the end has a step.
+    reader->ended =
+        find_integer(text, "lost", &reader->lost) && find_integer(text, "step", &reader->end_step);
+    return false;
+}
+
 bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, InputKind *kind,
                     int64_t *step, Status *status)
 {
@@ -356,13 +376,12 @@ bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, 
             return false;
         reader->has_event = false;
         const LogEvent *event = &reader->event;
-        // The end mark of an exact log, or a mark of what it lacks so far.
+        // A mark of an exact log.
         if (reader->exact && strcmp(event->channel, CHANNEL) == 0) {
-            char text[EVENT_LOG_DATA_MAX + 2];
-            event_text(event, text);
-            reader->ended = find_integer(text, "lost", &reader->lost) &&
-                            find_integer(text, "step", &reader->end_step);
-            continue;
+            if (!read_mark(reader))
+                continue;
+            *kind = (InputKind)INPUT_LOG_STOPPED;
+            return find_step(reader, rate_hz, first_step, step, status);
         }
         // The test message of lcm-logger may come first; it is not part of the recording.
         if (strcmp(event->channel, "LCM_SELF_TEST") == 0)

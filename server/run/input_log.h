@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The log of applied inputs (--log-inputs) and the reader of logs (--input). The log is an LCM
 // event log. Its first event, on the channel PLIANT_INPUT_LOG, describes the run; the last one says
-// where the run ended. The others are the messages as they were accepted, stamped with the
-// simulated time [us] of the tick at whose start they were applied; the tick follows exactly from
-// it. The files thread writes it; offline runs read it.
+// where the run ended, and those between for how long it was stopped there. The others are the
+// messages as they were accepted, stamped with the simulated time [us] of the tick at whose start
+// they were applied; the tick follows exactly from it. The files thread writes it; offline runs
+// read it.
 #ifndef PLIANT_RUN_INPUT_LOG_H
 #define PLIANT_RUN_INPUT_LOG_H
 
@@ -38,12 +39,15 @@ bool input_log_whole(const InputLogWriter *writer, Status *status);
 // Ends the log of a run of `step` ticks, of whose inputs `lost` are missing. Destroys the writer.
 bool input_log_close(InputLogWriter *writer, int64_t step, int64_t lost, Status *status);
 
+enum { INPUT_LOG_STOPPED = INPUT_KINDS }; // in place of a kind: the run stood still there
+
 typedef struct InputLogReader {
     EventLog log;
     bool exact;            // written by --log-inputs
     InputLogHeader header; // exact logs
     bool ended;            // exact logs: the end of the run was read
     int64_t end_step, lost;
+    double stopped_s; // of the newest INPUT_LOG_STOPPED
     char prefix[64];
     int64_t first_us; // plain logs: time stamp of the first event
     int64_t last_us;  // of the newest event read
@@ -57,7 +61,8 @@ typedef struct InputLogReader {
 bool input_log_open(InputLogReader *reader, const char *path, Status *status);
 // Finds the next message on one of our channels. Sets its kind, its bytes in reader->event and the
 // tick at whose start it is applied. In plain logs that is the first tick at or after the message's
-// time since the log's first event, counted from `first_step`. Returns false at the end; `status`
+// time since the log's first event, counted from `first_step`. The kind may be INPUT_LOG_STOPPED,
+// which is no message. Returns false at the end; `status`
 // is set if the log is truncated or corrupt.
 bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, InputKind *kind,
                     int64_t *step, Status *status);

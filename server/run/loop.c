@@ -264,6 +264,7 @@ static void release_tools(Loop *loop)
     // Clients hear that the run stood still.
     requests_event(loop, -1, "stopped", "for %.3f s: these ticks are skipped, all tools withdrawn",
                    (double)loop->away_ns * 1e-9);
+    requests_log_stop(loop, (double)loop->away_ns * 1e-9);
     loop->away_ns = 0;
 }
 

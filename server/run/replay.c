@@ -97,8 +97,23 @@ static void apply(Replay *replay, const Input *input)
     }
 }
 
+// The tools that were withdrawn then are inputs before it.
+static void report_stop(Replay *replay)
+{
+    char text[64];
+    snprintf(text, sizeof text, "for %.3f s", replay->options.input->stopped_s);
+    tell(replay, -1, "stopped", text);
+    if (speaks(replay))
+        log_line(LOG_INFO, "step %lld: the logged run stood still %s",
+                 (long long)sim_steps(replay->sim), text);
+}
+
 static void apply_waiting(Replay *replay)
 {
+    if (replay->kind == (InputKind)INPUT_LOG_STOPPED) {
+        report_stop(replay);
+        return;
+    }
     const LogEvent *event = &replay->options.input->event;
     GateResult result = {.refusal = ACCEPTED};
     // An exact log holds what was accepted: check it again, but do not ask who owns what.
@@ -195,8 +210,10 @@ static bool find_start(Replay *replay, Status *status)
     while (input->exact && replay->waiting &&
            (replay->waiting_step < replay->first_step ||
             (replay->waiting_step == replay->first_step && done > 0))) {
-        done -= replay->waiting_step == replay->first_step;
-        pass_over(replay);
+        if (replay->kind != (InputKind)INPUT_LOG_STOPPED) {
+            done -= replay->waiting_step == replay->first_step;
+            pass_over(replay);
+        }
         read_ahead(replay);
     }
     // The log may begin in lockstep.

@@ -104,15 +104,22 @@ bool requests_execute(Sim *sim, const Input *input, Answer *answer)
 
 // --- out ---
 
-void requests_log(Loop *loop, const Input *input)
+static void push_applied(Loop *loop, const AppliedInput *applied)
 {
     Exchange *exchange = loop->exchange;
-    world_count_input(loop->world);
-    if (!exchange->logs_inputs)
-        return;
-    AppliedInput applied = {.step = sim_steps(loop->sim), .input = *input};
-    if (!ring_push(&exchange->applied, &applied))
+    if (exchange->logs_inputs && !ring_push(&exchange->applied, applied))
         atomic_fetch_add_explicit(&exchange->applied_lost, 1, memory_order_relaxed);
+}
+
+void requests_log(Loop *loop, const Input *input)
+{
+    world_count_input(loop->world);
+    push_applied(loop, &(AppliedInput){.step = sim_steps(loop->sim), .input = *input});
+}
+
+void requests_log_stop(Loop *loop, double seconds)
+{
+    push_applied(loop, &(AppliedInput){.step = sim_steps(loop->sim), .stopped_s = seconds});
 }
 
 void requests_event(Loop *loop, int body, const char *kind, const char *format, ...)

@@ -19,6 +19,8 @@ void requests_checkpoint(Loop *loop);
 void requests_last_checkpoint(Loop *loop);
 // Records an input as applied at the current tick, for --log-inputs.
 void requests_log(Loop *loop, const Input *input);
+// Records there that the daemon stood still, which is no input: a replay only reports it.
+void requests_log_stop(Loop *loop, double seconds);
 // The governor of the time budget, in scenes with adaptive bodies. requests_govern runs at the end
 // of each real-time tick, which began at `begin_ns`; requests_release restores full
 // detail when no time is measured. Their changes are SETs, logged like a client's.

@@ -96,7 +96,10 @@ TEST(a_suspended_machine_skips_its_ticks_and_withdraws_its_tools)
 {
     offset_us[0] = offset_us[1] = 0;
     SCOPED_CLIENT Client *client = client_create();
-    start_with_clock(&pliantd, NULL, write_scene("suspend.cfg", HEAD, PROBE_TOOL));
+    const char *scene = write_scene("suspend.cfg", HEAD, PROBE_TOOL), *log = scratch("suspend.log");
+    char arguments[2 * PATH_TEXT];
+    snprintf(arguments, sizeof arguments, "--log-inputs %s %s", log, scene);
+    start_with_clock(&pliantd, NULL, arguments);
     client_wait_for_daemon(client);
     feel(client, 20);
     client_fresh_status(client);
@@ -112,6 +115,16 @@ TEST(a_suspended_machine_skips_its_ticks_and_withdraws_its_tools)
     process_end(&pliantd);
     assert_int_equal(printed(&pliantd, "resets"), 0);
     offset_us[1] = 0;
+    // Its log of inputs repeats it, and says where it stood still and for how long.
+    char live[32], repeated[32];
+    printed_state(&pliantd, live);
+    run_daemon_well(&pliantd, "--input %s %s", log, scene);
+    static const char says[] = "the logged run stood still for ";
+    expect_in(pliantd.err, says);
+    // Its deadline was at most a tick ahead.
+    expect_at_least(strtod(strstr(pliantd.err, says) + sizeof says - 1, NULL), 3600.0 - 0.002);
+    printed_state(&pliantd, repeated);
+    assert_string_equal(live, repeated);
 }
 
 // A viewer that has seen the first one must not take the second one's frames for old ones.

@@ -71,7 +71,7 @@ static void create_loop(Rig *rig, double duration_s)
     exchange_create(&rig->exchange, &rig->world, &exchange);
     assert_true(exchange_open(&rig->exchange, &status));
     rig->done_fd = eventfd(0, EFD_CLOEXEC);
-    static const Scene scene = {.sim.rate_hz = RATE};
+    static const Scene scene = {.sim = {.rate_hz = RATE, .tool_timeout_s = 0.2}};
     const LoopOptions loop = {.duration_s = duration_s};
     loop_init(&rig->loop, &rig->world, &scene, &rig->exchange, &loop, rig->done_fd);
 }
