@@ -26,6 +26,7 @@
 #define NAME "pliant-play"
 
 static const int64_t MILLISECOND_NS = 1000000;
+static const double GAP_S = 2.0; // without a frame
 enum {
     STATUS_MS = 200,
     PLAYBACK_MS = 100,
@@ -48,7 +49,7 @@ typedef struct Options {
     char *file[TIMELINE_PARTS];
     int files;
     double speed, from, to;
-    bool loop, paused, once;
+    bool loop, paused, once, skip_gaps;
     const char *score, *score_scene;
 } Options;
 
@@ -79,6 +80,8 @@ static const ArgumentRow ROWS[] = {
     {"paused", 0, ARGUMENT_FLAG, NULL, AT(paused), .help = "wait for RESUME, STEP or a seek"},
     {"once", 0, ARGUMENT_FLAG, NULL, AT(once),
      .help = "exit at the end (default: stay there, so that a page can go back)"},
+    {"skip-gaps", 0, ARGUMENT_FLAG, NULL, AT(skip_gaps),
+     .help = "go on at once where nothing was recorded for more than 2 s"},
     {.type = ARGUMENT_HEADING, .help = "Where:"},
     {.type = ARGUMENT_ROWS, .rows = PROGRAM_WHERE, .offset = AT(client)},
     {.type = ARGUMENT_HEADING, .help = "Instead of playing:"},
@@ -135,7 +138,7 @@ typedef struct Play {
     // what is played
     double time, from, to, speed; // [s] on the timeline
     double shown;                 // time of what is shown: `time`, or a little before it
-    bool playing, loop, once;
+    bool playing, loop, once, skip_gaps;
     bool whole;        // the files could be read to their ends
     int64_t turned_ns; // last time that `time` was moved
     int event;         // the first one after `time`
@@ -252,6 +255,10 @@ static void turn(Play *play, int64_t now_ns)
     if (!play->playing)
         return;
     play->time += passed * play->speed;
+    double next;
+    if (play->skip_gaps && timeline_next(play->timeline, play->shown, &next) &&
+        next - play->shown > GAP_S)
+        play->time = fmax(play->time, next);
     play->time = fmin(play->time, play->to);
     pass_events(play);
     if (!is_over(play, now_ns))
@@ -738,6 +745,7 @@ static bool prepare(Play *play, const Options *options, Status *status)
     play->speed = options->speed;
     play->loop = options->loop;
     play->once = options->once;
+    play->skip_gaps = options->skip_gaps;
     play->playing = !options->paused;
     seek(play, play->from);
     // What is said of the scene.
@@ -758,6 +766,12 @@ static void report(const Play *play)
            timeline_start(play->timeline), timeline_end(play->timeline),
            timeline_bodies(play->timeline), timeline_tools(play->timeline),
            (long long)count + (long long)left_out, play->client.prefix);
+    double next;
+    for (double time = timeline_start(play->timeline); timeline_next(play->timeline, time, &next);
+         time = next)
+        if (next - time > GAP_S)
+            printf("nothing for %.1f s from %.6g s on%s\n", next - time, time,
+                   play->skip_gaps ? ": skipped" : " (--skip-gaps)");
     fflush(stdout);
 }
 

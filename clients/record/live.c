@@ -281,6 +281,18 @@ typedef struct Convert {
     LogEvent event;
 } Convert;
 
+// Says where the clock of a log has gaps and steps, of many the first ones.
+static void report_jump(const EventLog *log, int *jumps)
+{
+    enum { MOST = 8 };
+    if (log->jump_us == 0 || ++*jumps > MOST)
+        return;
+    fprintf(stderr, "pliant-record: %s: %.1f s after its start the clock goes %s by %.1f s%s\n",
+            log->path, 1e-6 * (double)(log->last_us - log->jump_us - log->first_us),
+            log->jump_us > 0 ? "on" : "back", 1e-6 * fabs((double)log->jump_us),
+            *jumps == MOST ? "; others are not reported" : "");
+}
+
 // Reads the log to its end or to its first damage.
 static void read_log(Convert *convert, const char *path, Intake *intake, bool writes,
                      Status *status)
@@ -289,7 +301,10 @@ static void read_log(Convert *convert, const char *path, Intake *intake, bool wr
     if (!event_log_open(&log, path, status))
         return;
     LogEvent *event = &convert->event;
+    int jumps = 0;
     while (!program_stopped() && event_log_next(&log, event, status)) {
+        if (!writes)
+            report_jump(&log, &jumps);
         if (event->size > EVENT_LOG_DATA_MAX) // larger than any of ours
             continue;
         intake_take(intake, event->channel, event->data, event->size);

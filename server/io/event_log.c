@@ -2,6 +2,7 @@
 #include "io/event_log.h"
 
 #include <errno.h>
+#include <math.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -84,6 +85,12 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
             return cut_off(log, status);
         left -= part;
     }
+    log->first_us = log->events > 0 ? log->first_us : event->timestamp;
+    const double since =
+        log->events > 0 ? (double)event->timestamp - (double)log->last_us : 0.0; // forged ones
+    const bool jumps = since > (double)EVENT_LOG_GAP_US || since < -(double)EVENT_LOG_BACK_US;
+    log->jump_us = jumps && fabs(since) < 1e18 ? (int64_t)since : 0;
+    log->last_us = event->timestamp;
     log->events++;
     return true;
 }

@@ -23,9 +23,16 @@ typedef struct LogEvent {
 
 typedef struct EventLog {
     FILE *file;
-    const char *path; // not copied
-    int64_t events;   // read so far
+    const char *path;          // not copied
+    int64_t events;            // read so far
+    int64_t first_us, last_us; // time stamps of the first and of the newest event
+    int64_t jump_us;           // by which the clock went on, or back, to the newest; 0: no jump
 } EventLog;
+
+// A server publishes its status at least this often: longer, the logger or its machine stood still.
+#define EVENT_LOG_GAP_US INT64_C(2000000)
+// Back by less is the order in which its threads took messages.
+#define EVENT_LOG_BACK_US INT64_C(100000)
 
 bool event_log_open(EventLog *log, const char *path, Status *status);
 // Reads the next event. Returns false at the end; also sets `status` if the file is truncated or

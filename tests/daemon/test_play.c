@@ -356,6 +356,47 @@ TEST(a_session_that_was_restarted_follows)
     server_stop(client, &program);
 }
 
+// Played so slowly, its ten seconds would take longer than this test waits.
+TEST(a_gap_is_told_and_skipped)
+{
+    const char *first = scratch("before.h5"), *second = scratch("behind.h5"),
+               *check = scratch("gap-check.h5");
+    Process daemon;
+    run_daemon_well(&daemon, "--offline 0.05 --record %s --checkpoint %s %s", first, check,
+                    scene());
+    run_daemon_well(&daemon, "--offline 10 --resume %s --checkpoint %s %s", check, check, scene());
+    run_daemon_well(&daemon, "--offline 0.05 --resume %s --record %s %s", check, second, scene());
+    process_run_well(&program, program_path("pliant-play"), "--once --skip-gaps --speed 0.05 %s %s",
+                     first, second);
+    expect_in(program.out, "nothing for 10");
+    expect_in(program.out, " s on: skipped");
+}
+
+// Sets the clock of a log from its middle on by an hour.
+static void set_log_clock(const char *log)
+{
+    struct stat facts;
+    FILE *file = fopen(log, "r+b");
+    assert_non_null(file);
+    assert_int_equal(fstat(fileno(file), &facts), 0);
+    unsigned char head[28]; // sync word, number, time stamp, two lengths
+    for (long at = 0; fread(head, 1, sizeof head, file) == sizeof head;) {
+        uint64_t stamp = 0;
+        for (int i = 0; i < 8; i++)
+            stamp = stamp << 8 | head[12 + i];
+        stamp += at > facts.st_size / 2 ? UINT64_C(3600000000) : 0;
+        for (int i = 0; i < 8; i++)
+            head[12 + i] = (unsigned char)(stamp >> (56 - 8 * i));
+        fseek(file, at, SEEK_SET);
+        assert_int_equal(fwrite(head, 1, sizeof head, file), sizeof head);
+        for (int i = 20; i < 28; i += 4)
+            at += (long)head[i] << 24 | (long)head[i + 1] << 16 | head[i + 2] << 8 | head[i + 3];
+        at += (long)sizeof head;
+        fseek(file, at, SEEK_SET);
+    }
+    fclose(file);
+}
+
 TEST(a_log_is_played_like_a_recording)
 {
     const char *log = scratch("session.log"), *path = scratch("logged.h5");
@@ -380,6 +421,8 @@ TEST(a_log_is_played_like_a_recording)
     expect_frame(client, &view, frame);
     server_stop(client, &program);
     expect_printed(&program, "converted in ");
+    // A clock that was set meanwhile is told of, and changes nothing of what is played.
+    set_log_clock(log);
     // Its logger was killed within an event: played up to there, which the exit status says.
     struct stat facts;
     assert_int_equal(stat(log, &facts), 0);
@@ -387,6 +430,7 @@ TEST(a_log_is_played_like_a_recording)
     process_start(&program, program_path("pliant-play"), "--once %s", log);
     process_wait_for(&program, 1);
     expect_in(program.err, "cut off after");
+    expect_in(program.err, "the clock goes on by 3600");
     expect_printed(&program, "1 recording");
 }
 
