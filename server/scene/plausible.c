@@ -467,6 +467,27 @@ static int check_frames(const Subject *mesh, const Subject *volume)
     return 1;
 }
 
+// Warns of a load that acts on nothing, unless a body gets there before it starts.
+static int check_load(World *world, const Scene *scene, int index)
+{
+    const SceneLoad *at = &scene->load[index];
+    const LoadOptions *load = &at->load;
+    const Region region = {
+        .kind = REGION_CAPSULE, .from = load->center, .to = load->center, .radius = load->radius};
+    for (int b = 0; b < sim_body_count(world->sim); b++) {
+        const Body *body = sim_body(world->sim, b);
+        int node;
+        if ((load->body < 0 || load->body == b) &&
+            body->ops->find_nodes(body->model, &region, &node, 1) > 0)
+            return 0;
+    }
+    log_line(LOG_WARNING,
+             "%s:%d: the load has no node within %g m of (%g, %g, %g): nothing feels it there; a "
+             "larger radius, or a center nearer to a surface",
+             scene->path, at->line, load->radius, load->center.x, load->center.y, load->center.z);
+    return 1;
+}
+
 int plausible_warn(World *world, const Scene *scene)
 {
     // Keys without effect were found when the scene was read.
@@ -507,5 +528,7 @@ int plausible_warn(World *world, const Scene *scene)
         snprintf(tool.name, sizeof tool.name, "tool %d ", tool.tool->id);
         said += CHECK(tool, TOOL_ROWS);
     }
+    for (int i = 0; i < scene->load_count; i++)
+        said += check_load(world, scene, i);
     return said;
 }

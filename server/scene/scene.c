@@ -292,9 +292,10 @@ static bool read_loads(const SceneReader *reader, const config_setting_t *list)
         return option_length(list) == 0;
     for (int i = 0; i < option_length(list); i++) {
         const config_setting_t *group = option_group_at(list, i, &reader->source);
-        if (group == NULL ||
-            !scene_read_load(reader, group, &scene->load[scene->load_count++].load))
+        SceneLoad *load = &scene->load[scene->load_count++];
+        if (group == NULL || !scene_read_load(reader, group, &load->load))
             return false;
+        load->line = (int)config_setting_source_line(group);
     }
     return true;
 }

@@ -117,6 +117,7 @@ typedef struct ScenePublish {
 
 typedef struct SceneLoad {
     LoadOptions load; // body index resolved
+    int line;         // of the group in the scene file
 } SceneLoad;
 
 typedef struct SceneAttachment {

@@ -87,7 +87,7 @@ struct Sim {
 
     // --- accounting, since the start ---
     int64_t stage_ns[STAGE_COUNT];
-    int64_t resets, lost_loads;
+    int64_t resets;
 };
 
 static inline bool in_one_group(const Sim *sim, int a, int b)

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "sim/hold/tie.h"
 #include "sim/cutting.h"
+#include "sim/events.h"
 #include "sim/guard/guard.h"
 #include "sim/follow.h"
 #include "sim/time_step.h"
@@ -68,8 +69,8 @@ static void start_and_end_loads(Sim *sim)
             break;
         char why[128];
         sim->clock->next_load++;
-        if (!sim_apply_load(sim, load, why, sizeof why))
-            sim->lost_loads++; // no node was inside when it started
+        if (!sim_apply_load(sim, load, why, sizeof why)) // no node was inside when it started
+            sim_report(sim, load->body, "refused", "the scene's load: %s", why);
     }
 }
 

@@ -41,6 +41,10 @@ static void check(const char *from, const char *to, int warnings)
 TEST(an_ordinary_scene_is_not_warned_of)
 {
     check("name", "name", 0);
+    check("rate_hz = 1000.0;",
+          "rate_hz = 1000.0; loads = ( { center = [0.0, 0.0, 0.04]; radius = 0.01; force = [0.0, "
+          "0.0, 1.0]; duration = 1.0; } );",
+          0);
 }
 
 TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
@@ -89,6 +93,10 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "scene.cfg:2: body \"solid\" measures 2 mm and weighs 8.4 mg: were its lengths"},
         {"radius = 0.005", "radius = 5e-6",
          "scene.cfg:4: tool 1 has a radius of 5e-06 m: were its"},
+        {"rate_hz = 1000.0;",
+         "rate_hz = 1000.0; loads = ( { center = [0.0, 0.0, 40.0]; radius = 0.01; force = [0.0, "
+         "0.0, 1.0]; duration = 1.0; } );",
+         "scene.cfg:1: the load has no node within 0.01 m of (0, 0, 40)"},
         {"radius = 0.005", "radius = 5.0",
          "scene.cfg:4: tool 1 has a radius of 5 m: is it in millimetres?"},
         {"to = [0.0, 0.0, 0.1]", "to = [0.0, 0.0, 100.0]", "scene.cfg:4: tool 1 is 100 m long"},
