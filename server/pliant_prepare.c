@@ -66,7 +66,8 @@ static const ArgumentRow ROWS[] = {
     {NULL, 0, ARGUMENT_OPERAND, .handler = take_file},
     {.type = ARGUMENT_HEADING, .help = "Meshes and label volumes:"},
     {"check", 0, ARGUMENT_FLAG, NULL, AT(check),
-     .help = "Report on each MESH (OBJ, STL, PLY, OFF, VTK): repairs, components, quality of the "
+     .help = "Report on each MESH (OBJ, STL, PLY, OFF, VTK, MSH, TetGen): repairs, components, "
+             "quality of the "
              "triangles, the stable time step; and whether each, or a label volume (NRRD, NIfTI), "
              "is usable as a wall (surface body) or as a solid (voxel body), and the time of a "
              "tick"},

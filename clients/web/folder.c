@@ -16,8 +16,8 @@
 
 const char *const FOLDER_SCENES[] = {".cfg", NULL};
 // A volume is one file: data of a header (.raw) cannot be sent.
-const char *const FOLDER_MESHES[] = {".obj",  ".stl", ".ply",    ".off", ".vtk",
-                                     ".nrrd", ".nii", ".nii.gz", NULL};
+const char *const FOLDER_MESHES[] = {".obj", ".stl", ".ply",  ".off", ".vtk",    ".vtp",
+                                     ".vtu", ".msh", ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
 
 enum { NUMBERS_MAX = 999 };
@@ -101,8 +101,8 @@ bool folder_name_clean(const char *text, const char *const *endings, char name[F
     int length = (int)strlen(text), stem = folder_stem(text, endings);
     if (stem == length)
         return client_fail(error,
-                           "its name ends with none of .obj, .stl, .ply, .off, .vtk, .nrrd, .nii "
-                           "and .nii.gz");
+                           "its name ends with none of .obj, .stl, .ply, .off, .vtk, .vtp, .vtu, "
+                           ".msh, .nrrd, .nii and .nii.gz");
     // Other characters become '_'; a long name loses some before its ending.
     int ending = length - stem, most = FOLDER_NAME_MAX - 8 - ending; // with place for a number
     int kept = stem < most ? stem : most;

@@ -55,6 +55,60 @@ static const Shape SHAPES[CELL_SHAPES] = {
          {{0, 3, 2, 1, -1}, {0, 1, 4, -1}, {1, 2, 4, -1}, {2, 3, 4, -1}, {3, 0, 4, -1}}},
 };
 
+// --- tags ---
+
+typedef struct NodeTag {
+    int64_t tag;
+    int node;
+} NodeTag;
+
+void cells_tag_node(MeshCells *cells, double tag)
+{
+    cells->draft->full |= cells->tag_count == MESH_COUNT_MAX;
+    if (cells->draft->full)
+        return;
+    if (cells->tag_count == cells->tag_capacity) {
+        cells->tag_capacity = cells->tag_capacity == 0 ? 1024 : 2 * cells->tag_capacity;
+        cells->tag = realloc(cells->tag, (size_t)cells->tag_capacity * sizeof *cells->tag);
+        ASSERT(cells->tag != NULL);
+    }
+    cells->tag[cells->tag_count] = (NodeTag){(int64_t)tag, cells->tag_count};
+    cells->tag_count++;
+    cells->tags_sorted = false;
+}
+
+// Of equal tags the first node comes first.
+static int compare_tags(const void *a, const void *b)
+{
+    const NodeTag *x = a, *y = b;
+    return x->tag != y->tag ? (x->tag < y->tag ? -1 : 1)
+                            : (x->node > y->node) - (x->node < y->node);
+}
+
+int cells_find_node(MeshCells *cells, double tag)
+{
+    if (cells->tag_count == 0)
+        return -1;
+    if (!cells->tags_sorted)
+        qsort(cells->tag, (size_t)cells->tag_count, sizeof *cells->tag, compare_tags);
+    cells->tags_sorted = true;
+    // Most files count without gaps.
+    const int64_t wanted = (int64_t)tag, place = wanted - cells->tag[0].tag;
+    if (place >= 0 && place < cells->tag_count && cells->tag[place].tag == wanted)
+        return cells->tag[place].node;
+    int low = 0, high = cells->tag_count;
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (cells->tag[middle].tag < wanted)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < cells->tag_count && cells->tag[low].tag == wanted ? cells->tag[low].node : -1;
+}
+
+// --- cells ---
+
 void cells_corner(MeshCells *cells, int node)
 {
     if (cells->count == cells->capacity) {
@@ -200,6 +254,7 @@ void cells_destroy(MeshCells *cells)
 {
     mesh_draft_destroy(&cells->faces);
     free(cells->corner);
+    free(cells->tag);
 }
 
 // --- binary numbers ---

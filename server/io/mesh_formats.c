@@ -122,14 +122,6 @@ static bool check_indices(const char *path, const MeshDraft *draft, Status *stat
             if (draft->corner[c] >= draft->node_count)
                 return status_fail(status, STATUS_INVALID, "%s:%d: vertex index %d outside [1, %d]",
                                    path, draft->line[p], draft->corner[c] + 1, draft->node_count);
-    // Only TetGen's files begin with numbers.
-    const char *const end = strrchr(path, '.');
-    if (draft->polygon_count == 0 && end != NULL &&
-        (strcmp(end, ".node") == 0 || strcmp(end, ".ele") == 0 || strcmp(end, ".face") == 0))
-        return status_fail(status, STATUS_INVALID,
-                           "%s: is TetGen's, which is not read; write it as VTK with "
-                           "tetgen -k and open that in ParaView, which writes STL",
-                           path);
     if (draft->polygon_count == 0)
         return status_fail(status, STATUS_INVALID,
                            "%s: no faces; expected an OBJ (v, f), STL, PLY or OFF file", path);

@@ -33,6 +33,8 @@ typedef struct Word {
     int line;
 } Word;
 
+// Reads a file of a readable size; on success the caller frees file->bytes.
+bool mesh_file_read(const char *path, FileBytes *file, Status *status);
 // Returns a cursor at the start of a file, which must outlive it.
 Text text_start(const FileBytes *file);
 // Returns the next word of the current line; size 0 at the line's end, which a '#' marks too. A
@@ -98,8 +100,15 @@ typedef struct MeshCells {
     int solid, curved, unknown; // cells
     int beside;                 // faces beside solid cells, which are not taken
     bool ras, lps;              // the frame that the file's data state
+    struct NodeTag *tag;        // [tag_count] of nodes, by which cells name them
+    int tag_count, tag_capacity;
+    bool tags_sorted;
 } MeshCells;
 
+// Gives the next node that has none a tag, an integer below 1e15, by which cells_find_node finds
+// it; -1 if there is none.
+void cells_tag_node(MeshCells *cells, double tag);
+int cells_find_node(MeshCells *cells, double tag);
 void cells_corner(MeshCells *cells, int node);
 // Ends a cell of the corners since the last one; false if they are too few.
 bool cells_end_cell(MeshCells *cells, CellKind kind, int line);
@@ -141,6 +150,12 @@ CellKind vtk_kind(double type);
 // VTK's XML: VTP and VTU.
 bool vtk_xml_is(const FileBytes *file);
 bool vtk_xml_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
+// Gmsh's MSH: ASCII and binary.
+bool msh_is(const FileBytes *file);
+bool msh_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
+// TetGen's .node with .ele or .face: known by name; reads the other file of the pair, too.
+bool tetgen_is(const FileBytes *file);
+bool tetgen_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
 
 // STL, ASCII and binary.
 // Each adds triangles to a draft, three nodes per triangle, or fails with file and line.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Reads a mesh file into memory at once, recognises its format by its content and repairs it. Load
-// time only; never writes, never opens other files that the mesh file names.
+// time only; never writes, never opens other files, but the second one of TetGen's pairs.
 #include "io/mesh_import.h"
 
 #include "io/mesh_formats.h"
@@ -69,7 +69,7 @@ static bool read_bytes(int descriptor, FileBytes *file, Status *status)
     return true;
 }
 
-static bool read_file(const char *path, FileBytes *file, Status *status)
+bool mesh_file_read(const char *path, FileBytes *file, Status *status)
 {
     // O_NONBLOCK: opening a pipe without a writer must not block.
     int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -153,7 +153,7 @@ static const struct {
     size_t at;
     const char *magic, *name, *cure;
 } OTHERS[] = {
-    {0, "$MeshFormat", "Gmsh MSH", BY_GMSH_SAVE},
+    {0, "$NOD", "version 1 of Gmsh's MSH", BY_GMSH_SAVE},
     {0, "MeshVersionFormatted", "Medit MESH", BY_GMSH_SAVE},
     {0, "ISO-10303-21", "STEP", BY_GMSH},
     {0, "DBRep_DrawableShape", "OpenCASCADE BREP", BY_GMSH},
@@ -256,7 +256,10 @@ static bool read_cells(const FileBytes *file, MeshCells *cells, MeshImport *impo
     static const struct {
         bool (*is)(const FileBytes *file);
         bool (*read)(const FileBytes *file, MeshCells *cells, const char **format, Status *status);
-    } readers[] = {{vtk_is, vtk_read}, {vtk_xml_is, vtk_xml_read}};
+    } readers[] = {{vtk_is, vtk_read},
+                   {vtk_xml_is, vtk_xml_read},
+                   {msh_is, msh_read},
+                   {tetgen_is, tetgen_read}};
     size_t i = 0;
     while (i < sizeof readers / sizeof *readers && !readers[i].is(file))
         i++;
@@ -345,7 +348,7 @@ const char *mesh_frame(const char *path)
     static const char *const says[] = {"states no frame", "states LPS",
                                        "states RAS and was turned to LPS"};
     FileBytes file;
-    if (!read_file(path, &file, &(Status){0}))
+    if (!mesh_file_read(path, &file, &(Status){0}))
         return says[FRAME_UNSTATED];
     MeshDraft draft = {0};
     MeshCells cells = {.draft = &draft};
@@ -390,7 +393,7 @@ bool mesh_import_mending(const char *path, const MeshMending *mending, TriMesh *
 {
     FileBytes file;
     *import = (MeshImport){0};
-    if (!read_file(path, &file, status))
+    if (!mesh_file_read(path, &file, status))
         return false;
     // Everything into a draft first, which the repairs turn into a mesh.
     MeshDraft draft = {.weld = mending->weld};

@@ -25,7 +25,8 @@ enum { ICO_DEEPEST = 8, ICO_USUAL = 3, ICO_MOST = 655362 };
 #define AT(member) offsetof(MeshGroup, member)
 static const Option MESH_OPTIONS[] = {
     {"file", OPTION_STRING, AT(file), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
-     .about = "OBJ, STL, PLY, OFF or VTK file, relative to the scene's folder. Either this or "
+     .about = "OBJ, STL, PLY, OFF, VTK, MSH or TetGen file, relative to the scene's folder. Either "
+              "this or "
               "`generator`."},
     {"generator", OPTION_WORD, AT(generator), "", .words = GENERATOR_WORDS, .preset = -1,
      .preset_text = "none", .about = "Shape that is generated."},

@@ -45,9 +45,9 @@ static const Option VOXELS_OPTIONS[] = {
      .about = "With `file`: which of several label images is read, a layer of a .seg.nrrd or a "
               "frame of a NIfTI file, from 1."},
     {"mesh", OPTION_STRING, AT(mesh), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
-     .about =
-         "Closed OBJ, STL, PLY, OFF or VTK mesh, relative to the scene's folder, whose inside is "
-         "filled with cells of `size`."},
+     .about = "Closed OBJ, STL, PLY, OFF, VTK, MSH or TetGen mesh, relative to the scene's folder, "
+              "whose inside is "
+              "filled with cells of `size`."},
     {"inner", OPTION_WORD, AT(voxels.inner), "", .words = INNER_WORDS, .preset = INNER_CAVITY,
      .only = FROM(VOXELS_MESH),
      .about = "`mesh`: a closed part that lies wholly within another is a cavity, or filled. Parts "
@@ -355,7 +355,8 @@ typedef struct SkinGroup {
 
 static const Option SKIN_OPTIONS[] = {
     {"mesh", OPTION_STRING, offsetof(SkinGroup, mesh), "", .low = 1, .high = SCENE_FILE_MAX,
-     .required = true, .about = "OBJ, STL, PLY, OFF or VTK file, relative to the scene's folder."},
+     .required = true,
+     .about = "OBJ, STL, PLY, OFF, VTK, MSH or TetGen file, relative to the scene's folder."},
     {"scale", OPTION_REAL, offsetof(SkinGroup, scale), "", 0.0, 1e6, .open = true, .preset = 1.0,
      .about = "Metres per unit of the file; 0.001 for millimetres."},
     {"place", OPTION_GROUP, offsetof(SkinGroup, place), "", .preset_text = "as it is",

@@ -11,7 +11,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 # Corpora whose harness has another name.
 harness_of() {
     case $1 in
-    obj | off | ply | stl | vtk | vtkxml) echo mesh ;;
+    obj | off | ply | stl | vtk | vtkxml | msh | tetgen) echo mesh ;;
     nifti | nrrd) echo volume ;;
     *) echo "$1" ;;
     esac

@@ -111,6 +111,22 @@ def meshes():
                                ("raw-packed", PACKED, "appended"), ("base64", "", "appended")):
         for grid in (False, True):
             put("vtkxml", name + ("-grid" if grid else ""), vtk_xml(name, packed, form, grid))
+    put("msh", "2", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n" + "".join("%d %g %g %g\n" % (i + 5, *p) for i, p
+        in enumerate(POINTS)) + "$EndNodes\n$Elements\n2\n1 4 2 0 0 5 6 7 8\n2 2 0 5 6 7\n$EndElements\n")
+    put("msh", "4", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n0\n$EndPhysicalNames\n$Nodes\n1 4 1 99\n"
+        "2 1 1 4\n99\n8\n7\n1\n" + "".join("%g %g %g 0 0\n" % p for p in POINTS) + "$EndNodes\n$Elements\n1 4 1 4\n"
+        "2 1 2 4\n" + "".join("1 %d %d %d\n" % tuple((99, 8, 7, 1)[c] for c in f) for f in FACES) + "$EndElements\n")
+    put("msh", "2-binary", b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n$Nodes\n4\n"
+        + b"".join(struct.pack("<i3d", i + 5, *p) for i, p in enumerate(POINTS)) + b"\n$EndNodes\n$Elements\n5\n"
+        + struct.pack("<9i", 4, 1, 1, 1, 0, 5, 6, 7, 8) + struct.pack("<3i", 2, 4, 0)
+        + b"".join(struct.pack("<4i", 1, *(c + 5 for c in f)) for f in FACES) + b"\n$EndElements\n")
+    put("msh", "4-binary", b"$MeshFormat\n4.1 1 8\n" + struct.pack(">i", 1) + b"\n$EndMeshFormat\n$Nodes\n"
+        + struct.pack(">4q3iq4q", 1, 4, 1, 4, 3, 1, 0, 4, 1, 2, 3, 4) + b"".join(struct.pack(">3d", *p) for p in POINTS)
+        + b"\n$EndNodes\n$Elements\n" + struct.pack(">4q3iq5q", 1, 1, 1, 1, 3, 1, 4, 1, 1, 1, 2, 3, 4)
+        + b"\n$EndElements\n")
+    nodes = "\n=data=\n4 3 1 1 # points\n" + "".join("%d %g %g %g 7 8\n" % (i + 1, *p) for i, p in enumerate(POINTS))
+    put("tetgen", "four", "1 4 0\n1 1 2 3 4" + nodes)
+    put("tetgen", "ten", "# a\n1 10 1\n\n1 1 2 3 4 1 2 3 4 1 2 -1" + nodes)
     for kind, end in (("ascii", None), ("binary_little_endian", "<"), ("binary_big_endian", ">")):
         head = ("ply\nformat %s 1.0\ncomment c\nelement vertex %d\nproperty double x\n"
                 "property float y\nproperty float z\nproperty uchar red\nelement face %d\n"

@@ -23,6 +23,10 @@ typedef enum MeshFormat {
     WRITE_VTK_BINARY,
     WRITE_VTP,
     WRITE_VTU,
+    WRITE_MSH_2,
+    WRITE_MSH_2_BINARY,
+    WRITE_MSH_4,
+    WRITE_MSH_4_BINARY,
     WRITE_FORMATS
 } MeshFormat;
 
@@ -36,7 +40,11 @@ static const char *const MESH_FORMAT_NAMES[WRITE_FORMATS] = {"OBJ",
                                                              "ASCII VTK",
                                                              "binary VTK",
                                                              "VTP",
-                                                             "VTU"};
+                                                             "VTU",
+                                                             "ASCII MSH",
+                                                             "binary MSH",
+                                                             "ASCII MSH",
+                                                             "binary MSH"};
 
 static inline bool mesh_format_is_stl(MeshFormat format)
 {
@@ -275,6 +283,102 @@ static inline void write_vtu(FILE *out, const MeshDraft *draft)
     fprintf(out, "</AppendedData></VTKFile>");
 }
 
+// An int or, of 8 bytes, a count of version 4.
+static inline void write_msh_number(FILE *out, int64_t number, int size, MeshFormat format)
+{
+    if (format == WRITE_MSH_2 || format == WRITE_MSH_4)
+        fprintf(out, "%lld ", (long long)number);
+    else // version 4 in the other order of bytes
+        for (int i = 0; i < size; i++)
+            fputc((int)(number >> 8 * (format == WRITE_MSH_4_BINARY ? size - 1 - i : i) & 255), out);
+}
+
+static inline void write_msh_position(FILE *out, Vec3 x, MeshFormat format)
+{
+    const double number[3] = {x.x, x.y, x.z};
+    if (format == WRITE_MSH_2 || format == WRITE_MSH_4)
+        fprintf(out, "%.17g %.17g %.17g\n", x.x, x.y, x.z);
+    for (int k = 0; k < 3 && (format == WRITE_MSH_2_BINARY || format == WRITE_MSH_4_BINARY); k++)
+        write_number(out, &number[k], 8, format == WRITE_MSH_4_BINARY);
+}
+
+// Tags have gaps, and fall.
+static inline int msh_tag(const MeshDraft *draft, int node)
+{
+    return 7 + 3 * (draft->node_count - node);
+}
+
+static inline void write_msh_2(FILE *out, const MeshDraft *draft, MeshFormat format)
+{
+    fprintf(out, "$Nodes\n%d\n", draft->node_count);
+    for (int i = 0; i < draft->node_count; i++) {
+        write_msh_number(out, msh_tag(draft, i), 4, format);
+        write_msh_position(out, draft->position[i], format);
+    }
+    fprintf(out, "\n$EndNodes\n$Elements\n%d\n", draft->polygon_count);
+    for (int p = 0; p < draft->polygon_count; p++) {
+        // Tag, kind and number of tags; in binary files the kind, one element, its tags and tag.
+        const int start = mesh_draft_start(draft, p), kind = draft->end[p] - start - 1;
+        const int text[] = {p + 1, kind, 2}, binary[] = {kind, 1, 2, p + 1};
+        for (int k = 0; k < (format == WRITE_MSH_2 ? 3 : 4); k++)
+            write_msh_number(out, format == WRITE_MSH_2 ? text[k] : binary[k], 4, format);
+        write_msh_number(out, 1, 4, format);
+        write_msh_number(out, 1, 4, format);
+        for (int c = start; c < draft->end[p]; c++)
+            write_msh_number(out, msh_tag(draft, draft->corner[c]), 4, format);
+        fprintf(out, format == WRITE_MSH_2 ? "\n" : "");
+    }
+    fprintf(out, "\n$EndElements\n");
+}
+
+// A block of all nodes, which stand on a surface, and one for each face.
+static inline void write_msh_4(FILE *out, const MeshDraft *draft, MeshFormat format)
+{
+    const int nodes = draft->node_count, faces = draft->polygon_count;
+    const int head[4] = {1, nodes, 1, 99};
+    fprintf(out, "$Entities\n0 $Nodes 0\n$EndEntities\n$Nodes\n");
+    for (int k = 0; k < 4; k++)
+        write_msh_number(out, head[k], 8, format);
+    for (int k = 0; k < 3; k++) // of a surface, with its coordinates on it
+        write_msh_number(out, k == 0 ? 2 : 1, 4, format);
+    write_msh_number(out, nodes, 8, format);
+    for (int i = 0; i < nodes; i++)
+        write_msh_number(out, msh_tag(draft, i), 8, format);
+    for (int i = 0; i < nodes; i++) {
+        write_msh_position(out, draft->position[i], format);
+        write_msh_number(out, 0, 8, format); // 0 is the same as a double
+        write_msh_number(out, 0, 8, format);
+    }
+    fprintf(out, "\n$EndNodes\n$Elements\n");
+    for (int k = 0; k < 4; k++)
+        write_msh_number(out, k == 0 ? faces : head[k], 8, format);
+    for (int p = 0; p < faces; p++) {
+        const int start = mesh_draft_start(draft, p);
+        write_msh_number(out, 2, 4, format);
+        write_msh_number(out, 1, 4, format);
+        write_msh_number(out, draft->end[p] - start - 1, 4, format); // its kind
+        write_msh_number(out, 1, 8, format);
+        write_msh_number(out, p + 1, 8, format);
+        for (int c = start; c < draft->end[p]; c++)
+            write_msh_number(out, msh_tag(draft, draft->corner[c]), 8, format);
+    }
+    fprintf(out, "\n$EndElements\n");
+}
+
+static inline void write_msh(FILE *out, const MeshDraft *draft, MeshFormat format)
+{
+    const bool fourth = format == WRITE_MSH_4 || format == WRITE_MSH_4_BINARY;
+    const bool binary = format == WRITE_MSH_2_BINARY || format == WRITE_MSH_4_BINARY;
+    fprintf(out, "$MeshFormat\n%s %d 8\n", fourth ? "4.1" : "2.2", binary);
+    if (binary)
+        write_msh_number(out, 1, 4, format);
+    fprintf(out, "\n$EndMeshFormat\n");
+    if (fourth)
+        write_msh_4(out, draft, format);
+    else
+        write_msh_2(out, draft, format);
+}
+
 // The file as it would stand on disk; the caller frees bytes.at.
 static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
 {
@@ -286,6 +390,8 @@ static inline Bytes mesh_write(const MeshDraft *draft, MeshFormat format)
         write_stl(out, draft, format == WRITE_STL_ASCII);
     else if (format == WRITE_VTK_ASCII || format == WRITE_VTK_BINARY)
         write_vtk(out, draft, format == WRITE_VTK_ASCII);
+    else if (format >= WRITE_MSH_2)
+        write_msh(out, draft, format);
     else if (format == WRITE_VTP)
         write_vtp(out, draft);
     else if (format == WRITE_VTU)

@@ -105,6 +105,144 @@ TEST(curved_cells_are_taken_with_straight_edges)
     expect_in(import.remarks, "1 curved cells are taken with straight edges");
 }
 
+// --- TetGen --------------------------------------------------------------------------------------
+
+#define NODES       "# points\n4 3 1 0\n\n 1 0 0 0 7\n 2 1 0 0 7 # seven\n3 0 1 0 7\n4 0 0 1 7"
+#define TETRAHEDRON "1 4 0\n1 1 2 3 4\n"
+
+// Writes a pair of files, either of which may be missing, and imports one of them.
+static const char *import_pair(const char *nodes, const char *ending, const char *cells,
+                               const char *opened, TriMesh *mesh, MeshImport *import)
+{
+    static char said[512];
+    char name[32];
+    Status status = {0};
+    static const char *const all[] = {"a.node", "a.ele", "a.face"};
+    for (int i = 0; i < 3; i++)
+        unlink(scratch_at(all[i]));
+    snprintf(name, sizeof name, "a%s", ending);
+    if (cells != NULL)
+        scratch_write(&scratch_space, name, cells, strlen(cells));
+    if (nodes != NULL)
+        scratch_write(&scratch_space, "a.node", nodes, strlen(nodes));
+    snprintf(name, sizeof name, "a%s", opened);
+    mesh_import(scratch_at(name), mesh, import, &status);
+    snprintf(said, sizeof said, "%s",
+             status.code == STATUS_OK ? "" : status.text + strlen(scratch_at("")));
+    return said;
+}
+
+TEST(either_file_of_tetgens_pairs_leads_to_the_other)
+{
+    static const struct {
+        const char *ending, *cells;
+    } pairs[] = {
+        {".ele", TETRAHEDRON},
+        {".ele", "1 10 1\n1 1 2 3 4 1 2 3 4 1 2 -1"},
+        {".face", "4 1\n0 1 3 2 -1\n1 1 2 4 -1\n2 2 3 4 -1\n3 3 1 4 -1\n"},
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+        for (int of_nodes = 0; of_nodes < 2; of_nodes++) {
+            SCOPED(mesh_destroy) TriMesh mesh;
+            MeshImport import;
+            assert_string_equal(import_pair(NODES, pairs[i].ending, pairs[i].cells,
+                                            of_nodes ? ".node" : pairs[i].ending, &mesh, &import),
+                                "");
+            assert_int_equal(mesh.triangle_count, 4);
+            assert_int_equal(import.repairs.turned_faces, 0);
+            expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-15); // exact but for rounding
+            assert_int_equal(import.face_count, 4);
+        }
+}
+
+TEST(faults_of_tetgens_pairs_name_their_file_and_line)
+{
+    static const struct {
+        const char *nodes, *cells, *opened, *says;
+    } cases[] = {
+        {NULL, TETRAHEDRON, ".ele", "a.ele: its points are in another file: "},
+        {NODES, NULL, ".node", "a.node: its cells are in another file: "},
+        {"3 2 0 0\n1 0 0\n", TETRAHEDRON, ".ele",
+         "a.node:1: points of 2 dimensions, not 3, as Triangle's files have"},
+        {"4 3 0 0\n1 0 0 0\n", TETRAHEDRON, ".ele",
+         "a.node:3: the file ends before all that it announces"},
+        {"4 3 0 0\n1 0 x 0\n", TETRAHEDRON, ".node", "a.node:2: 'x' where a number stands"},
+        {NODES, "1 4 0\n1 1 2 3 5\n", ".ele", "a.ele:2: no point has the number 5"},
+        {NODES, "1 3 0\n1 1 2 3\n", ".ele", "a.ele:1: elements of 3 nodes, not 4 or 10"},
+        {NODES, "9999999999 4\n1 1 2 3 4\n", ".ele",
+         "a.ele:3: the file ends before all that it announces"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        TriMesh mesh;
+        MeshImport import;
+        expect_in(
+            import_pair(cases[i].nodes, ".ele", cases[i].cells, cases[i].opened, &mesh, &import),
+            cases[i].says);
+    }
+    scratch_write(&scratch_space, "a.smesh", "8 3 0 0", 7);
+    TriMesh mesh;
+    MeshImport import;
+    Status status = {0};
+    assert_false(mesh_import(scratch_at("a.smesh"), &mesh, &import, &status));
+    expect_in(status.text, "tetgen -p FILE writes a .node and an .ele, which are read");
+}
+
+// --- Gmsh ----------------------------------------------------------------------------------------
+
+#define MSH(version, rest) "$MeshFormat\n" version " 0 8\n$EndMeshFormat\n" rest
+
+TEST(gmshs_solid_cells_give_their_border)
+{
+    // A tetrahedron of version 2 with its faces as elements of their own, and one of version 4.1
+    // whose nodes are named by large numbers in falling order.
+    static const char *const texts[] = {
+        MSH("2.2", "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n4\n"
+                   "1 15 2 1 1 1\n2 2 2 1 1 1 2 3\n3 2 0 1 2 4\n4 4 2 1 1 1 2 3 4\n"
+                   "$EndElements\n$NodeData\n1\n$EndNodeData\n"),
+        MSH("4.1", "$Nodes\n1 4 6 900000000000\n3 1 0 4\n900000000000\n80\n7\n6\n"
+                   "0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n2 3 1 3\n2 1 2 2\n1 "
+                   "900000000000 80 7\n2 900000000000 80 6\n3 1 4 1\n3 900000000000 80 7 6\n"
+                   "$EndElements\n"),
+    };
+    for (int i = 0; i < 2; i++) {
+        SCOPED(mesh_destroy) TriMesh mesh;
+        MeshImport import;
+        assert_string_equal(import_text(texts[i], &mesh, &import), "");
+        assert_int_equal(mesh.triangle_count, 4);
+        expect_near(mesh_volume(&mesh), 1.0 / 6.0, 1e-15); // exact but for rounding
+        assert_string_equal(import.remarks,
+                            "its 1 solid cells are taken by their border, 4 faces; 2 "
+                            "faces beside them are not read");
+    }
+}
+
+TEST(faults_of_gmshs_files_name_their_line)
+{
+    static const struct {
+        const char *text, *says;
+    } cases[] = {
+        {MSH("4", "$Nodes\n"),
+         ": of Gmsh's MSH versions 2 and 4.1 are read, not 4; gmsh FILE -save "
+         "-o NEW.msh -format msh41 converts it"},
+        {MSH("2.2", "$Nodes\n2\n1 0 0 0\n"), ":7: the file ends where a number stands"},
+        {MSH("2.2", "$Nodes\n1\n1 0 0 0\n2 0 0 0\n"), ":7: $EndNodes expected"},
+        {MSH("2.2", "$Nodes\n-1\n"), ":5: a count or tag that is no integer from 0"},
+        {MSH("2.2", "$Elements\n1\n1 2 0 1 2 3\n"),
+         ":6: an element names a node that is not there"},
+        {MSH("2.2", "$Elements\n1\n1 99 0 1 2 3\n"), ":6: an element of a kind that is not read"},
+        {MSH("2.2", "$Elements\n1\n1 2 x\n"), ":6: a word where a number stands"},
+        {MSH("2.2", "$Periodic\n1\n"), ":5: a part without its end"},
+        {MSH("2.2", "Nodes\n1\n"), ":4: a part, $Nodes or another, expected"},
+        {MSH("2.2", "$Nodes\n0\n$EndNodes\n"),
+         ": no faces and no solid cells, of which a mesh is made"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        TriMesh mesh;
+        MeshImport import;
+        assert_string_equal(import_text(cases[i].text, &mesh, &import), cases[i].says);
+    }
+}
+
 // --- every encoding of VTK's XML -----------------------------------------------------------------
 
 typedef enum Place { IN_ASCII, IN_BASE64, BEHIND_RAW, BEHIND_BASE64, PLACES } Place;

@@ -390,6 +390,8 @@ TEST(noise_behind_a_formats_first_word_is_refused)
                                         "# vtk DataFile Version 3.0\nx\nASCII\n",
                                         "<VTKFile type=\"PolyData\"><Piece NumberOfPoints=\"9\">",
                                         "OFF 3 1 0\n",
+                                        "$MeshFormat\n4.1 1 8\n\1",
+                                        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9\n",
                                         "solid \n",
                                         "v 0 0 0\nf ",
                                         ""};

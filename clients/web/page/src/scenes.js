@@ -5,7 +5,7 @@
 import { Proposal, element, make } from './proposal.js';
 import { Thumbs } from './thumbs.js';
 
-const MESH = /\.(obj|stl|ply|off|vtk|nrrd|nii|nii\.gz)$/i;
+const MESH = /\.(obj|stl|ply|off|vt[kpu]|msh|nrrd|nii|nii\.gz)$/i;
 
 function button(text, title, act) {
     const node = make('button', '', text);
@@ -84,7 +84,7 @@ export class Workbench {
         element('workbench').open = element('proposal').open = true;
         element('proposal').hidden = false;
         if (!MESH.test(file.name))
-            return this.say('mesh-error', `${file.name}: expected OBJ, STL, PLY, OFF, VTK, NRRD or NIfTI (.nii, .nii.gz)`);
+            return this.say('mesh-error', `${file.name}: expected OBJ, STL, PLY, OFF, VTK, VTP, VTU, MSH, NRRD or NIfTI (.nii, .nii.gz)`);
         if (file.size > most)
             return this.say('mesh-error', `${file.name}: ${bytesText(file.size)}, more than ${bytesText(most)}`);
         this.say('mesh-error', `sending ${file.name} …`);
