@@ -25,7 +25,7 @@ typedef struct PrepareArguments {
     int way;      // ProposalWay to propose; -1: the best one
     int cuttable; // 0, 1; -1: if a tick has time for it
     LabelChoice choice;
-    bool check, propose, repair, json;
+    bool check, propose, repair, even, json;
 } PrepareArguments;
 
 #define AT(member) offsetof(PrepareArguments, member)
@@ -78,6 +78,10 @@ static const ArgumentRow ROWS[] = {
     {"repair", 0, ARGUMENT_FLAG, NULL, AT(repair),
      .help = "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other "
              "programs"},
+    {"even", 0, ARGUMENT_FLAG, NULL, AT(even),
+     .help =
+         "Write the outer surface of a closed MESH or of a label with about 1000 nodes and even "
+         "edges, as a wall needs them, in metres, to a new OFF file -o FILE"},
     {"weld", 0, ARGUMENT_NUMBER, "D", AT(weld), 0.0, 1e90, .open = true, // as meshes measure
      .help = "With --repair: join borders that run beside each other, at most D units of the file "
              "apart"},
@@ -110,14 +114,14 @@ static bool check_together(void *target, Status *why)
 {
     const PrepareArguments *a = target;
     // One job, with the files that it needs.
-    const bool judges = a->check || a->propose, mesh = judges || a->repair;
+    const bool judges = a->check || a->propose || a->even, mesh = judges || a->repair;
     if (a->file_count == 0)
         return status_fail(why, STATUS_INVALID, "no %s given",
                            a->output != NULL && !mesh ? "scene" : "mesh");
-    if (a->check + a->propose + a->repair > 1 || a->check == (a->output != NULL))
+    if (a->check + a->propose + a->repair + a->even > 1 || a->check == (a->output != NULL))
         return status_fail(why, STATUS_INVALID,
                            "needs either --check MESH... or SCENE.cfg -o FILE, or --propose MESH "
-                           "-o SCENE.cfg, or --repair MESH -o FILE.off");
+                           "-o SCENE.cfg, or --repair or --even MESH -o FILE.off");
     // Options that have a meaning for some of them only.
     if (!judges && a->scale > 0.0)
         return status_fail(why, STATUS_INVALID,
@@ -141,8 +145,8 @@ static bool check_together(void *target, Status *why)
 static const ArgumentTable TABLE = {
     .program = "pliant-prepare",
     .usage =
-        "--check MESH...\n--propose MESH -o SCENE.cfg\n--repair MESH -o FILE.off\nSCENE.cfg -o "
-        "FILE",
+        "--check MESH...\n--propose MESH -o SCENE.cfg\n--repair MESH -o FILE.off\n--even MESH -o "
+        "FILE.off\nSCENE.cfg -o FILE",
     .about = "Reports the contents of mesh files and whether a scene can use them, writes such a "
              "scene, or builds the meshes and levels of a scene in advance.",
     .end = "Exit code 0: every mesh is usable as a wall or as a solid, the file is written; 1: it "
@@ -313,6 +317,15 @@ static bool write_proposal(Proposal *proposal, const PrepareArguments *arguments
     return close_new(out, path, status);
 }
 
+static bool write_mesh(const TriMesh *mesh, const char *remark, const char *path, Status *status)
+{
+    FILE *out = open_new(path, status);
+    if (out == NULL)
+        return false;
+    off_write(mesh, remark, out);
+    return close_new(out, path, status);
+}
+
 static int repair(const PrepareArguments *arguments)
 {
     Status status = {0};
@@ -322,15 +335,28 @@ static int repair(const PrepareArguments *arguments)
     // Import repairs it; the result goes to a new file.
     if (mesh_import_mending(arguments->file[0], &mending, &mesh, &import, &status)) {
         char repairs[512];
-        FILE *out = open_new(arguments->output, &status);
         mesh_repairs_text(&import.repairs, repairs, sizeof repairs);
-        if (out != NULL)
-            off_write(&mesh, out);
-        if (out != NULL && close_new(out, arguments->output, &status))
+        if (write_mesh(&mesh, "", arguments->output, &status))
             printf("%s: %d nodes, %d triangles; repairs: %s\n", arguments->output, mesh.node_count,
                    mesh.triangle_count, repairs[0] != '\0' ? repairs : "none");
         if (import.remarks[0] != '\0')
             printf("%s: note: %s\n", arguments->file[0], import.remarks);
+        mesh_destroy(&mesh);
+    }
+    return arguments_exit(&status);
+}
+
+static int even(const PrepareArguments *arguments)
+{
+    Status status = {0};
+    TriMesh mesh;
+    double scale;
+    const char *path = arguments->file[0];
+    if (find_scale(arguments, &scale, &status) &&
+        proposal_even(path, scale, arguments->choice, &mesh, &status)) {
+        if (write_mesh(&mesh, "# units: m\n", arguments->output, &status))
+            printf("%s: %d nodes, %d triangles, in metres; encloses %.4g cm3\n", arguments->output,
+                   mesh.node_count, mesh.triangle_count, 1e6 * mesh_volume(&mesh));
         mesh_destroy(&mesh);
     }
     return arguments_exit(&status);
@@ -433,6 +459,7 @@ int main(int argc, char **argv)
         code = arguments.check     ? check_meshes(&arguments)
                : arguments.propose ? propose(&arguments)
                : arguments.repair  ? repair(&arguments)
+               : arguments.even    ? even(&arguments)
                                    : prepare(&arguments);
     free(arguments.file);
     return fflush(stdout) == 0 ? code : STATUS_FAILED;

@@ -322,10 +322,14 @@ static bool take_count(const json_t *object, const char *name, int32_t *out, Pli
 
 static bool take_propose(const json_t *object, Ask *ask, PliantError *error)
 {
+    const json_t *even = json_object_get(object, "even");
     static const char *const units[] = {NULL, "m", "dm", "cm", "mm", "um", NULL};
     static const char *const models[] = {NULL, "surface", "filled", "voxel", NULL};
     static const char *const cuttable[] = {NULL, "yes", "no", NULL};
     ask->kind = ASK_PROPOSE;
+    ask->propose.even = json_is_true(even);
+    if (even && !json_is_boolean(even))
+        return client_fail(error, "even: expected true or false");
     return take_file(object, ask, error) &&
            take_choice(object, "units", units, &ask->propose.units, error) &&
            take_choice(object, "model", models, &ask->propose.model, error) &&

@@ -275,6 +275,44 @@ static bool run_prepare(Workbench *workbench, Arguments *arguments, PliantError 
     return run(workbench, &workbench->prepare, PLIANT_PREPARE, arguments, &options, error);
 }
 
+static bool check(Workbench *workbench, PliantError *error)
+{
+    Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
+    workbench->step = CHECK;
+    add(&arguments, "--check");
+    add(&arguments, "--json");
+    add(&arguments, workbench->prepare.file);
+    return run_prepare(workbench, &arguments, error);
+}
+
+// Names what is made of a mesh: its name with another ending.
+static bool name_making(Workbench *workbench, const char *ending, const char *const *endings,
+                        PliantError *error)
+{
+    char wanted[FOLDER_NAME_MAX];
+    const char *file = workbench->prepare.file;
+    const int stem = folder_stem(file, FOLDER_MESHES), room = FOLDER_NAME_MAX - 16;
+    snprintf(wanted, sizeof wanted, "%.*s%s", stem < room ? stem : room, file, ending);
+    return folder_free_name(&workbench->folder[ASK_UPLOADS], wanted, endings, workbench->making,
+                            error);
+}
+
+static bool make_even(Workbench *workbench, PliantError *error)
+{
+    int meshes = 0;
+    folder_bytes(&workbench->folder[ASK_UPLOADS], FOLDER_MESHES, &meshes);
+    if (meshes >= FOLDER_FILES_MAX)
+        return client_fail(error, "there are %d meshes: remove some", meshes);
+    if (!name_making(workbench, "-even.off", FOLDER_MESHES, error))
+        return false;
+    Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
+    workbench->step = EVEN;
+    add(&arguments, "--even");
+    add(&arguments, workbench->prepare.file);
+    add_option(&arguments, "--output", workbench->making);
+    return run_prepare(workbench, &arguments, error);
+}
+
 static bool take_propose(Workbench *workbench, const Ask *ask, PliantError *error)
 {
     WorkbenchJob *job = &workbench->prepare;
@@ -284,26 +322,32 @@ static bool take_propose(Workbench *workbench, const Ask *ask, PliantError *erro
         return client_fail(error, "'%s' is no mesh of the list", ask->text);
     folder_copy_name(job->file, ask->text);
     workbench->asked = *ask;
-    workbench->proposing = false;
+    if (!ask->propose.even) // else what is known of the mesh is still true
+        workbench->check[0] = '\0';
+    return ask->propose.even ? make_even(workbench, error) : check(workbench, error);
+}
+
+// What was made of another mesh is checked like one that was sent.
+static bool take_even(Workbench *workbench, PliantError *error)
+{
+    workbench->scene[0] = workbench->scene_text[0] = '\0';
+    if (workbench->prepare.child.status != 0) // it says why
+        return true;
+    folder_copy_name(workbench->prepare.file, workbench->making);
     workbench->check[0] = '\0';
-    Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
-    add(&arguments, "--check");
-    add(&arguments, "--json");
-    add(&arguments, job->file);
-    return run_prepare(workbench, &arguments, error);
+    workbench->asked.propose.label = workbench->asked.propose.layer = 0;
+    workbench->asked.propose.units = "m"; // as its first lines say
+    return check(workbench, error);
 }
 
 // After its check, whatever that says: the refusal of a proposal says more.
 static bool propose(Workbench *workbench, PliantError *error)
 {
     WorkbenchJob *job = &workbench->prepare;
-    const Folder *folder = &workbench->folder[ASK_UPLOADS];
     snprintf(workbench->check, sizeof workbench->check, "%s", job->child.text);
-    workbench->proposing = true;
+    workbench->step = PROPOSE;
     workbench->scene[0] = workbench->scene_text[0] = '\0';
-    char wanted[FOLDER_NAME_MAX];
-    snprintf(wanted, sizeof wanted, "%.*s.cfg", folder_stem(job->file, FOLDER_MESHES), job->file);
-    if (!folder_free_name(folder, wanted, FOLDER_SCENES, workbench->making, error))
+    if (!name_making(workbench, ".cfg", FOLDER_SCENES, error))
         return false;
     Arguments arguments = {{workbench->program[PLIANT_PREPARE]}, 1};
     add(&arguments, "--propose");
@@ -416,9 +460,9 @@ static bool watch(Workbench *workbench, int64_t now_ns)
         news = true;
     if (child_turn(&workbench->prepare.child, now_ns)) {
         news = true;
-        if (workbench->proposing)
+        if (workbench->step == PROPOSE)
             read_proposal(workbench);
-        else if (!propose(workbench, &error))
+        else if (!(workbench->step == EVEN ? take_even : propose)(workbench, &error))
             board_send_all(workbench->board, text_error(0, error.text));
     }
     return news;

@@ -51,10 +51,10 @@ typedef struct Workbench {
     // the main thread
     WorkbenchJob daemon, recorder, prepare;
     WorkbenchAsk next; // to be started when the daemon has ended; sender 0: nothing
-    bool proposing;    // the second run of pliant-prepare, after its check
+    enum { EVEN, CHECK, PROPOSE } step; // which run of pliant-prepare it is
     Ask asked;
     char check[CHILD_TEXT_MAX + 1];     // what it said of the mesh
-    char making[FOLDER_NAME_MAX];       // the scene that it writes, in uploads
+    char making[FOLDER_NAME_MAX];       // the mesh or scene that it writes, in uploads
     char scene[FOLDER_NAME_MAX];        // that it has proposed; "" while there is none
     char scene_text[WORKBENCH_CFG_MAX]; // its contents
     FolderFile last;                    // the last scene that was proposed, as it was written,

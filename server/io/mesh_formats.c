@@ -289,9 +289,9 @@ bool off_read(const FileBytes *file, MeshDraft *draft, Status *status)
     return read_body(&text, draft, status);
 }
 
-void off_write(const TriMesh *mesh, FILE *out)
+void off_write(const TriMesh *mesh, const char *remark, FILE *out)
 {
-    fprintf(out, "OFF\n%d %d 0\n", mesh->node_count, mesh->triangle_count);
+    fprintf(out, "OFF\n%s%d %d 0\n", remark, mesh->node_count, mesh->triangle_count);
     for (int i = 0; i < mesh->node_count; i++)
         fprintf(out, "%.17g %.17g %.17g\n", mesh->position[i].x, mesh->position[i].y,
                 mesh->position[i].z);

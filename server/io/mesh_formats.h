@@ -130,8 +130,10 @@ bool off_is(const FileBytes *file);
 // Adds vertices and faces to a draft, or fails naming file and line.
 bool off_read(const FileBytes *file, MeshDraft *draft, Status *status);
 
-// Writes a mesh as OFF text; every number reads back as the same value.
-void off_write(const TriMesh *mesh, FILE *out);
+// Writes a mesh as OFF text; every number reads back as the same value. `remark`: a line of
+// comment,
+// "# units: m\n", or "".
+void off_write(const TriMesh *mesh, const char *remark, FILE *out);
 
 // Stanford PLY: ASCII, binary little and big endian.
 // True if the file begins as a PLY file does.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scene/proposal.h"
+#include "scene/proposal_parts.h"
 
 #include "base/check.h"
 #include "body/body.h"
@@ -105,7 +105,8 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
         fprintf(out, "  label = %d;", p->label);
     if (p->volume && p->layer > 0)
         fprintf(out, "  layer = %d;", p->layer);
-    fprintf(out, "  scale = %.9g;", p->scale);
+    fprintf(out, "%s  scale = %.9g;", p->filled && !p->volume ? "  inner = \"filled\";" : "",
+            p->scale);
     if (p->cell > 0.0)
         fprintf(out, "  size = %.9g;", p->cell);
     fprintf(out,
@@ -170,13 +171,6 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
 
 // --- what pliantd makes of it --------------------------------------------------------------------
 
-typedef struct Built {
-    int substeps, springs, nodes, pieces;
-    double tick_s, contact_share;
-    WorldCells cells;
-    Box box, piece[PROPOSAL_PIECES];
-} Built;
-
 // Removes the location from a sentence, since the scene file is temporary.
 static void strip_place(const char *path, Status *status)
 {
@@ -190,11 +184,11 @@ static void strip_place(const char *path, Status *status)
     }
 }
 
-// Finds the boxes of the first PROPOSAL_PIECES pieces.
+// Finds the boxes of the first PROPOSAL_PIECES pieces, and the largest of these.
 static void find_pieces(const Body *body, Built *built)
 {
     const BodyMesh *mesh = &body->mesh;
-    int name[PROPOSAL_PIECES], count = 0;
+    int name[PROPOSAL_PIECES], nodes[PROPOSAL_PIECES] = {0}, count = 0, largest = 0;
     float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
     ASSERT(position != NULL);
     // Where the nodes are, and to which piece each belongs.
@@ -213,11 +207,36 @@ static void find_pieces(const Body *body, Built *built)
             built->piece[at] = box_empty();
         }
         box_add(&built->piece[at], x);
+        largest = ++nodes[at] > nodes[largest] ? at : largest;
+    }
+    built->largest = count > 0 ? name[largest] : 0;
+    built->largest_nodes = nodes[largest];
+    free(position);
+}
+
+// Adds the surface at rest of one piece to a draft.
+static void take_surface(const Body *body, int piece, MeshDraft *surface)
+{
+    const BodyMesh *mesh = &body->mesh;
+    float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
+    ASSERT(position != NULL);
+    body->ops->snapshot(body->model, position, NULL);
+    for (int i = 0; i < mesh->node_count; i++) {
+        const float *x = position + 3 * i;
+        mesh_draft_add_node(surface, vec3((double)x[0], (double)x[1], (double)x[2]));
+    }
+    for (int t = 0; t < mesh->triangle_count; t++) {
+        const int *corner = mesh->triangle[t];
+        if (corner[0] == corner[1] || mesh->piece[corner[0]] != piece) // 0 0 0: a free slot
+            continue;
+        for (int c = 0; c < 3; c++)
+            mesh_draft_add_corner(surface, corner[c], -1);
+        mesh_draft_end_polygon(surface, 0);
     }
     free(position);
 }
 
-static bool build_scene(const char *path, Built *built, Status *status)
+static bool build_scene(const char *path, Built *built, MeshDraft *surface, Status *status)
 {
     Scene scene = {0};
     World world = {0};
@@ -236,14 +255,15 @@ static bool build_scene(const char *path, Built *built, Status *status)
                          .cells = world.cells[0],
                          .box = outline.box};
         find_pieces(body, built);
+        if (surface != NULL)
+            take_surface(body, built->largest, surface);
         world_destroy(&world);
     }
     scene_destroy(&scene);
     return ok;
 }
 
-// Writes the scene to a private temporary file, reads and builds it.
-static bool build(const Proposal *proposal, Built *built, Status *status)
+bool proposal_build(const Proposal *proposal, Built *built, MeshDraft *surface, Status *status)
 {
     const char *folder = getenv("TMPDIR") != NULL ? getenv("TMPDIR") : "/tmp";
     char path[512];
@@ -260,7 +280,7 @@ static bool build(const Proposal *proposal, Built *built, Status *status)
         close(descriptor);
     }
     if (ok)
-        ok = build_scene(path, built, status);
+        ok = build_scene(path, built, surface, status);
     else
         status_fail(status, STATUS_FAILED, "cannot write to %s", folder);
     // The user knows nothing of that file.
@@ -269,6 +289,11 @@ static bool build(const Proposal *proposal, Built *built, Status *status)
         unlink(path);
     free(file);
     return ok;
+}
+
+static bool build(const Proposal *proposal, Built *built, Status *status)
+{
+    return proposal_build(proposal, built, NULL, status);
 }
 
 // Makes a proposal, built whole, cuttable where a tick has time for that and memory suffices.

@@ -5,7 +5,7 @@
 #define PLIANT_SCENE_PROPOSAL_H
 
 #include "base/check.h"
-#include "geometry/box.h"
+#include "geometry/mesh.h"
 #include "io/volume_import.h"
 #include "scene/scene.h"
 
@@ -28,6 +28,7 @@ typedef struct Proposal {
     bool implicit;    // the wall uses the implicit integrator
     bool whole;       // not cuttable,
     bool chosen;      // because somebody has said so; else a tick has no time for it
+    bool filled;      // a solid without the cavities of its mesh
     double cell;      // edge of a solid's cells [m]; 0: the volume's own
     Box box;          // of the body
     // Pieces of a solid, each of which is fixed at its lower end; 0: one piece, or too many.
@@ -89,6 +90,12 @@ const char *proposal_use(const Proposals *proposals, ProposalWay way);
 // Writes all of it, and the report of mesh_report_print, as one JSON object
 // (server/scene/README.md).
 void proposal_json(const Proposals *proposals, const char *report, FILE *out);
+
+// Makes a mesh of about 1000 nodes and even edges [m] of the outer surface of a closed mesh or of a
+// label, for a wall. Parameters as of proposal_judge. Returns false with a status; then there is no
+// mesh.
+bool proposal_even(const char *path, double scale, LabelChoice choice, TriMesh *mesh,
+                   Status *status);
 
 // Writes the scene; `file`: the name by which it refers to the mesh or volume.
 void proposal_write(const Proposal *proposal, const char *file, FILE *out);

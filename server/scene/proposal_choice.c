@@ -174,6 +174,7 @@ void proposal_json(const Proposals *all, const char *report, FILE *out)
     write_member("model", best < 0 ? "" : proposal_way_name((ProposalWay)best), out);
     write_member("why", why, out);
     write_member("hollow", all->hollow, out);
+    fprintf(out, ", \"closed\": %s", all->subject.volume || all->volume > 0.0 ? "true" : "false");
     write_size(box_size(&all->subject.box), out);
     if (all->subject.volume)
         write_labels(all, out);

@@ -208,11 +208,12 @@ TEST(the_workbench_takes_names_and_words_of_its_lists)
     assert_null(ask->propose.model);
     assert_int_equal(ask->propose.label, 0);
     ask = asked("{\"type\":\"propose\",\"id\":5,\"name\":\"a.nrrd\",\"model\":\"filled\","
-                "\"cuttable\":\"no\",\"label\":7,\"layer\":2}");
+                "\"cuttable\":\"no\",\"label\":7,\"layer\":2,\"even\":true}");
     assert_string_equal(ask->propose.model, "filled");
     assert_string_equal(ask->propose.cuttable, "no");
     assert_int_equal(ask->propose.label, 7);
     assert_int_equal(ask->propose.layer, 2);
+    assert_true(ask->propose.even);
     static const char *const no[] = {
         "{\"type\":\"start\",\"id\":1,\"folder\":\"scenes\"}",
         "{\"type\":\"start\",\"id\":1,\"name\":\"a.cfg\"}",
@@ -227,6 +228,7 @@ TEST(the_workbench_takes_names_and_words_of_its_lists)
         "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"model\":\"plane\"}",
         "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"cuttable\":true}",
         "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"label\":0}",
+        "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"even\":1}",
         "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"label\":\"liver\"}",
         "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"layer\":4294967297}",
         "{\"type\":\"propose\",\"id\":4}"};

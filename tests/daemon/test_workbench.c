@@ -321,6 +321,26 @@ TEST(a_proposed_scene_is_replaced_by_a_better_one_only_while_nobody_has_changed_
     end();
 }
 
+TEST(an_even_skin_is_made_of_a_mesh_and_proposed)
+{
+    char answer[ANSWER];
+    begin_workbench();
+    assert_int_equal(post_mesh("a.stl", STL, answer), 201);
+    page_exchange(page,
+                  "{\"type\":\"propose\",\"id\":1,\"name\":\"a.stl\",\"units\":\"mm\","
+                  "\"model\":\"surface\",\"even\":true}",
+                  "workbench", "\"scene\":\"a-even.cfg\"");
+    assert_true(page_says(page, "workbench", "\"file\":\"a-even.off\""));
+    assert_true(has_text("scenes/uploads/a-even.cfg", "file = \"a-even.off\";  scale = 1;"));
+    // Of what is no mesh there is none, and no scene.
+    assert_int_equal(post_mesh("bad.stl", "solid nothing", answer), 201);
+    page_exchange(page, "{\"type\":\"propose\",\"id\":2,\"name\":\"bad.stl\",\"even\":true}",
+                  "workbench", "\"text\":\"bad.stl");
+    assert_false(has_text("scenes/uploads/bad-even.off", ""));
+    assert_true(page_says(page, "workbench", "\"scene\":\"\""));
+    end();
+}
+
 TEST(only_a_page_of_this_server_sends_meshes_within_the_limits)
 {
     char answer[ANSWER];

@@ -592,6 +592,51 @@ TEST(a_repaired_mesh_is_written_for_other_programs_and_read_back)
     expect_refusal(&result, 2, "repaired.off: File exists");
 }
 
+#if defined(PLIANT_WITH_SURFACE) && defined(PLIANT_WITH_VOXEL)
+TEST(an_even_skin_of_what_is_closed_makes_a_wall_of_it)
+{
+    Process result;
+    double volume = 0.0, edges[3];
+    int nodes = 0;
+    // A ring of 84 mm, of 7200 nodes: too many for a wall.
+    write_torus("fine.off", 120, 60, true);
+    run(&result, "--check --scale 0.03 fine.off");
+    expect_printed(&result, "as a wall: no, ");
+    run(&result, "--even --scale 0.03 fine.off -o even.off");
+    assert_string_equal(result.err, "");
+    assert_int_equal(sscanf(result.out,
+                            "even.off: %d nodes, %*d triangles, in metres; encloses %lf", &nodes,
+                            &volume),
+                     2);
+    // About 1000 nodes; 2 pi^2 a^2 R in cm3, of which a triangle that cuts off the bulge below it
+    // loses about (edge / radius)^2 / 8: 1 % of 4 mm on 12.
+    assert_true(nodes > 700 && nodes < 1400);
+    const double ring = 2.0 * 9.8696 * 1.2 * 1.2 * 3.0;
+    expect_near(volume, ring, 0.03 * ring);
+    run(&result, "--check even.off");
+    expect_printed(&result, "taken as m: ");
+    expect_printed(&result, "1, of them closed: 1, ");
+    expect_printed(&result, "genus 1");
+    expect_printed(&result, "as a wall: yes, ");
+    const char *said = strstr(result.out, "edge lengths: min ");
+    assert_non_null(said);
+    assert_int_equal(
+        sscanf(said, "edge lengths: min %lf, mean %lf, max %lf", &edges[0], &edges[1], &edges[2]),
+        3);
+    // Cells of one size: none of their edges is a third of the mean, nor three times as long.
+    assert_true(edges[0] > edges[1] / 3.0 && edges[2] < 3.0 * edges[1]);
+    write_torus("open.off", 12, 8, false);
+    run(&result, "--even --scale 0.03 open.off -o no.off");
+    expect_refusal(&result, 2, "open.off: its surface is not closed; ./dev remesh makes");
+    // Also of a label.
+    write_labels("organs.seg.nrrd", (const int[]){20, 10, 10}, (const double[]){2.0, 2.0, 2.0}, "",
+                 2, organs);
+    run(&result, "--even --label 2 organs.seg.nrrd -o label.off");
+    expect_printed(&result, "encloses 4");
+    assert_int_equal(result.code, 0);
+}
+#endif
+
 TEST(a_slit_is_reported_with_the_command_that_joins_it)
 {
     // A tube whose seam is open by 0.1 of 50: three quads, six border edges of which two are near.

@@ -188,8 +188,16 @@ test('labels_of_a_volume_are_listed_and_one_is_chosen', options, async () => {
     await shows('the other one is taken', 'label-said', /“<b>spleen” was taken\. Choose/);
     await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
     assert.match(await textOf('proposal-text'), /label = 2; {2}layer = 2;/);
-    assert(await way('a wall, empty').isDisabled());
     await shot('7-labels');
+    // A wall of a label is one of its even skin, which is a mesh beside it.
+    await way('a wall, full of fluid').check();
+    await shows('its even skin', 'proposal-name', /^two\.seg-even\.off$/);
+    await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
+    assert.match(await textOf('way-said'), /^As you chose: a wall, full of fluid\./);
+    assert.match(await textOf('proposal-text'), /cavity = \{ fluid = true; \};/);
+    await page.locator('#mesh-list').selectOption('two.seg.nrrd');
+    await shows('its labels again', 'label-said', /“liver” was taken/);
+    await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
 });
 
 test('a_scene_that_was_shown_has_a_picture', options, async () => {

@@ -12,8 +12,13 @@ export function make(tag, className, text = '') {
     return node;
 }
 
+const EVEN = /-even(-\d+)?\.off$/; // what the server calls an even mesh of another one
 const NAME_SHOWN = 48;
 const WAYS = { surface: 'a wall, empty', filled: 'a wall, full of fluid', voxel: 'a solid' };
+
+// What to do where no way is fast enough, and nothing can be made of it here.
+const OPEN = (found) => (!found || found.closed || found.models[0].usable ? ''
+    : ' Its surface is open, so no even skin can be made of it here: MeshLab can (Filters, Remeshing, Isotropic Explicit Remeshing).');
 
 /** A name without what is not printed or turns the line around. */
 export const plain = (text) => String(text ?? '').replace(/\p{C}/gu, '').slice(0, NAME_SHOWN);
@@ -80,8 +85,14 @@ export class Proposal {
     }
 
     choose(choice) {
-        Object.assign(this.choice, choice);
+        Object.assign(this.choice, { even: undefined }, choice);
         this.propose();
+    }
+
+    /** The server has made it, and goes on with it. */
+    takeEven(file) {
+        this.mesh = file;
+        this.choice = { model: this.choice.model };
     }
 
     /** Asks for a scene, once the one that is being made is there. */
@@ -91,9 +102,11 @@ export class Proposal {
     }
 
     /** The newest state of the server's pliant-prepare. */
-    show({ state, file, check, found, scene, scene_text: text, text: said, how }) {
+    show({ state, file, check, found: any, scene, scene_text: text, text: said, how }) {
+        const found = any?.file === file ? any : null;
         const runs = this.runs = state === 'running';
         if (this.waits && !runs) this.propose();
+        if (this.choice.even && file !== this.mesh && EVEN.test(file)) this.takeEven(file);
         this.mesh ??= file || null;
         this.scene = scene;
         element('proposal').hidden = !file && !this.mesh;
@@ -149,15 +162,23 @@ export class Proposal {
     fillWays(found, text) {
         const solid = /model = "voxel"/.test(text), fluid = /^ *cavity = /m.test(text);
         const made = !text ? '' : solid ? 'voxel' : fluid ? 'filled' : 'surface';
-        element('way-list').replaceChildren(...(found?.models ?? []).map(({ model, usable, verdict, use }) =>
-            choiceRow('model', {
+        // Of what is closed an even mesh can be made, which nearly always is fast enough.
+        const even = !EVEN.test(this.mesh ?? '') && found?.closed && !found.models.some(({ model, usable }) =>
+            usable && model === 'surface');
+        element('way-list').replaceChildren(...(found?.models ?? []).map(({ model, usable, verdict, use }) => {
+            const madeFirst = even && model !== 'voxel';
+            return choiceRow('model', {
                 title: WAYS[model],
                 chosen: model === made,
-                disabled: !usable,
-                lines: [`${use[0].toUpperCase()}${use.slice(1)}.`, verdict.replace(/^yes, /, '')],
-            }, () => this.choose({ model, cuttable: undefined }))));
+                disabled: !usable && !madeFirst,
+                lines: [`${use[0].toUpperCase()}${use.slice(1)}.`, usable ? verdict.replace(/^yes, /, '')
+                    : madeFirst ? `An even skin of about 1000 corners is made first, ${found.labels ? 'from the label'
+                        : 'since its triangles are too small for a wall in real time'}.` : verdict],
+            }, () => this.choose({ model, cuttable: undefined, even: madeFirst || undefined }));
+        }));
         element('way-said').hidden = !made;
-        element('way-said').textContent = !made ? '' : made === found?.model
-            ? `Proposed as ${WAYS[made]}, ${found.why}.` : `As you chose: ${WAYS[made]}.`;
+        element('way-said').textContent = !made ? '' : `${made === found?.model && !this.choice.model ? `Proposed as ${WAYS[made]}, ${found.why}.`
+            : `As you chose: ${WAYS[made]}.`}${found?.hollow && solid ? ` But ${found.hollow}: is it hollow? Then choose ${
+            WAYS.surface}, or ${WAYS.filled}.` : ''}${OPEN(found)}`;
     }
 }

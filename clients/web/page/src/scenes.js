@@ -40,6 +40,7 @@ export class Workbench {
             if (target.files[0]) this.send(target.files[0]);
             target.value = ''; // the same file may be chosen again
         });
+        element('mesh-list').addEventListener('change', ({ target }) => this.proposal.open(target.value));
         for (const kind of ['dragenter', 'dragover', 'dragleave', 'drop'])
             document.addEventListener(kind, (event) => this.drag(kind, event));
     }
@@ -148,6 +149,13 @@ export class Workbench {
         element('foreign').hidden = !foreign;
     }
 
+    /** Meshes that were sent before: what was made of one of them is made again. */
+    showMeshes({ meshes, prepare: { file } }) {
+        element('mesh-row').hidden = !meshes.length;
+        this.fill('mesh-list', { files: meshes.map(({ name }) => name) }, (name) => make('option', '', name));
+        element('mesh-list').value = file || this.proposal.mesh || '';
+    }
+
     showRecorder({ recorder, recordings }) {
         const runs = recorder.state === 'running';
         const size = recordings.find(({ name }) => name === recorder.file)?.bytes ?? 0;
@@ -176,6 +184,7 @@ export class Workbench {
         if (!this.state) return;
         this.showScenes(this.state);
         this.showRecorder(this.state);
+        this.showMeshes(this.state);
         this.proposal.show(this.state.prepare);
     }
 

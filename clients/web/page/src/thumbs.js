@@ -2,6 +2,7 @@
 // Small pictures of the scenes that this browser has shown, which it keeps for itself.
 
 const WIDTH = 96, HEIGHT = 72; // pixels
+const SHOWN = 0.75;            // of the picture's height or width: the rest is empty
 const MOST = 100;              // pictures, of some 2 kB
 const STORE = 'pliant-pictures';
 
@@ -22,7 +23,7 @@ export class Thumbs {
     keep(folder, name, bytes, stage) {
         const { canvas } = stage;
         const copy = Object.assign(document.createElement('canvas'), { width: WIDTH, height: HEIGHT });
-        const scale = Math.min(canvas.width / WIDTH, canvas.height / HEIGHT);
+        const scale = SHOWN * Math.min(canvas.width / WIDTH, canvas.height / HEIGHT);
         stage.draw(); // what was drawn is only there in the same task
         copy.getContext('2d').drawImage(canvas, (canvas.width - scale * WIDTH) / 2, (canvas.height - scale * HEIGHT) / 2,
             scale * WIDTH, scale * HEIGHT, 0, 0, WIDTH, HEIGHT);
