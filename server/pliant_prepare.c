@@ -405,6 +405,18 @@ static void print_taken(const Proposals *all, LabelChoice choice)
 
 static const char *const WAYS[] = {"wall", "wall full of a fluid", "solid"};
 
+// Says what else it could be, since no file says whether an organ is hollow.
+static void print_others(const Proposals *all, int chosen, const char *path)
+{
+    for (int i = 0; i < PROPOSAL_WAYS; i++)
+        if (i != chosen && all->verdict[i].usable)
+            printf("  or --model %s: a %s, %s\n", proposal_way_name((ProposalWay)i), WAYS[i],
+                   proposal_use(all, (ProposalWay)i));
+    if (all->hollow[0] != '\0' && !all->verdict[WAY_WALL].usable)
+        printf("  %s: if it is hollow, pliant-prepare --even %s makes a skin for a wall\n",
+               all->hollow, path);
+}
+
 static int propose(PrepareArguments *arguments)
 {
     Status status = {0};
@@ -423,9 +435,11 @@ static int propose(PrepareArguments *arguments)
         if (best == NULL || !best->usable)
             status_fail(&status, STATUS_INVALID, "%s: cannot be used as a %s", path,
                         best == NULL ? "wall or a solid" : WAYS[way]);
-        else if (write_proposal(&best->proposal, arguments, &status))
+        else if (write_proposal(&best->proposal, arguments, &status)) {
             printf("%s: a scene with it as a %s, %s; that is %s\n", arguments->output, WAYS[way],
                    why, proposal_use(&proposals, (ProposalWay)way));
+            print_others(&proposals, way, path);
+        }
     }
     proposals_destroy(&proposals);
     return arguments_exit(&status);

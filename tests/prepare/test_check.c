@@ -286,6 +286,8 @@ TEST(a_hollow_organ_is_proposed_as_a_wall_by_its_name_and_as_what_is_chosen)
                  {"ring.off",
                   "as a solid, since its triangles are too small or too many for a fast wall; ",
                   "model = \"voxel\""},
+                 {"ring.off", "\n  or --model surface: a wall, for an empty hollow organ",
+                  "cuttable = true;"},
                  {"--model filled loop.off",
                   "as a wall full of a fluid, as chosen; that is for a full hollow",
                   "cavity = { fluid = true; };"},

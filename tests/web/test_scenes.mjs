@@ -4,7 +4,7 @@
 
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
-import { copyFileSync, mkdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -165,6 +165,8 @@ test('the_proposed_scene_is_pulled_and_cut', options, async () => {
     await page.keyboard.up('Shift');
     await until('it is cut in two', async () => (await figureOf(page, 'organ', 'pieces')) > 1);
     await shot('6-cut');
+    await page.locator('button:text-is("Undo all")').click();
+    await until('it is whole again', async () => (await figureOf(page, 'organ', 'pieces')) === 1);
     await page.locator('#scene-end').click();
     await daemonIs('ended');
 });
@@ -205,6 +207,17 @@ test('a_scene_that_was_shown_has_a_picture', options, async () => {
     assert.match(await src('ball.cfg'), /^data:image\/jpeg/);
     assert.notEqual(await src('ball.cfg'), await src('my_corner.cfg'));
     assert.equal(await page.locator('li:has([data-start="wrong.cfg"]) img').count(), 0);
+});
+
+test('each_scene_of_config_has_a_picture_by_its_name_and_first_sentence', options, () => {
+    const config = fileURLToPath(new URL('../../config', import.meta.url));
+    const pictures = JSON.parse(readFileSync(new URL('../../clients/web/page/src/pictures.json', import.meta.url)));
+    const names = readdirSync(config).filter((name) => name.endsWith('.cfg')).sort();
+    assert.deepEqual(Object.keys(pictures).map((key) => key.split(': ')[0]).sort(), names);
+    for (const key of Object.keys(pictures)) {
+        const [name] = key.split(': ', 1), head = readFileSync(join(config, name), 'utf8').replace(/\n# ?/g, ' ');
+        assert(head.startsWith(`# ${key.slice(name.length + 2)}`), `${key}: run scene_pictures.mjs again`);
+    }
 });
 
 test('a_mesh_that_is_none_is_refused_with_the_reason', options, async () => {

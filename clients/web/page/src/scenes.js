@@ -115,7 +115,7 @@ export class Workbench {
         const runs = daemon.state === 'running' || daemon.state === 'ending';
         const of = (folder, files) => files.map((file) => ({ folder, ...file }));
         const row = ({ folder, name, about, bytes }) => {
-            const item = make('li'), picture = this.thumbs.of(folder, name, bytes);
+            const item = make('li'), picture = this.thumbs.of(folder, name, bytes, about);
             if (picture) item.append(Object.assign(make('img'), { src: picture, alt: '' }));
             const ours = daemon.folder === folder && daemon.file === name;
             if (folder !== 'recordings' || plays) {

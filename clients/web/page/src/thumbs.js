@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Small pictures of the scenes that this browser has shown, which it keeps for itself.
+// Small pictures of scenes: those that this browser has shown, which it keeps for itself, and those of config/.
+
+import CONFIG from './pictures.json'; // by name and first sentence; tests/web/scene_pictures.mjs makes them
 
 const WIDTH = 96, HEIGHT = 72; // pixels
 const SHOWN = 0.75;            // of the picture's height or width: the rest is empty
@@ -17,7 +19,9 @@ export class Thumbs {
     }
 
     /** A picture as a URL; undefined: there is none. A file of another size is another scene. */
-    of(folder, name, bytes) { return this.pictures.get(`${folder}/${name}/${bytes}`); }
+    of(folder, name, bytes, about) {
+        return this.pictures.get(`${folder}/${name}/${bytes}`) ?? CONFIG[`${name}: ${about}`];
+    }
 
     /** Keeps the middle of what is drawn now. */
     keep(folder, name, bytes, stage) {
