@@ -156,6 +156,7 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
     fprintf(out,
             "name = \"organ\";\n"
             "publish = { rest = true; };   # colours by displacement on the page\n"
+            "tool_timeout_s = 1.0;         # a browser on a busy machine falls silent for a while\n"
             "bodies = (\n  { name = \"organ\";  model = \"%s\";\n",
             scene_model_name(p->model));
     if (wall)

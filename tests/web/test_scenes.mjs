@@ -171,7 +171,7 @@ test('the_proposed_scene_is_pulled_and_cut', options, async () => {
 
 test('labels_of_a_volume_are_listed_and_one_is_chosen', options, async () => {
     await page.locator('#mesh').setInputFiles({ name: 'two.seg.nrrd', mimeType: '', buffer: LABELS });
-    await shows('the largest is taken', 'label-said', /^4 labels: “liver” was taken, the largest\./);
+    await shows('the largest is taken', 'label-said', /^4 labels: “liver” of layer 2 was taken, the largest\./);
     // Each with name, number, layer, volume, size and pieces: 8 mm3 a voxel.
     assert.deepEqual(await page.locator('#label-list li').evaluateAll((rows) =>
         rows.map((row) => row.innerText.split('\n'))), [
@@ -185,7 +185,7 @@ test('labels_of_a_volume_are_listed_and_one_is_chosen', options, async () => {
     assert.equal(await page.locator('#label-list b b').count(), 0, 'a name is no markup');
     assert(await page.locator('#label-list input').nth(3).isDisabled(), 'an empty label is none to choose');
     await page.locator('#label-list input').nth(2).check();
-    await shows('the other one is taken', 'label-said', /“<b>spleen” was taken\. Choose/);
+    await shows('the other one is taken', 'label-said', /“<b>spleen” of layer 2 was taken\. Choose/);
     await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
     assert.match(await textOf('proposal-text'), /label = 2; {2}layer = 2;/);
     await shot('7-labels');
@@ -196,7 +196,7 @@ test('labels_of_a_volume_are_listed_and_one_is_chosen', options, async () => {
     assert.match(await textOf('way-said'), /^As you chose: a wall, full of fluid\./);
     assert.match(await textOf('proposal-text'), /cavity = \{ fluid = true; \};/);
     await page.locator('#mesh-list').selectOption('two.seg.nrrd');
-    await shows('its labels again', 'label-said', /“liver” was taken/);
+    await shows('its labels again', 'label-said', /“liver” of layer 2 was taken/);
     await until('it is proposed', () => page.locator('#proposal-start').isEnabled());
 });
 

@@ -145,7 +145,8 @@ export class Proposal {
         const taken = labels.findIndex(isTaken);
         element('label-said').hidden = !labels.length;
         element('label-said').textContent = taken < 0 ? '' : `${labels.length + found.unlisted} label${
-            labels.length > 1 ? 's' : ''}: “${title(labels[taken])}” was taken${taken ? '' : ', the largest'}.${
+            labels.length > 1 ? 's' : ''}: “${title(labels[taken])}”${
+            layered ? ` of ${word} ${labels[taken].layer}` : ''} was taken${taken ? '' : ', the largest'}.${
             labels.length > 1 ? ' Choose another one here.' : ''}${
             found.unlisted ? ` The ${found.unlisted} smallest are not listed.` : ''}`;
         element('label-list').replaceChildren(...labels.map((one, index) => choiceRow('label', {
