@@ -485,7 +485,8 @@ static void push_begin(Intake *intake)
                                       .tool_count = survey->tool_count,
                                       .body = body,
                                       .tool = tool,
-                                      .overwrite = intake->options.overwrite};
+                                      .overwrite = intake->options.overwrite,
+                                      .still = intake->options.still};
     queue_push(intake->queue, item_begin(intake->path, &options), QUEUE_FORCE);
 }
 

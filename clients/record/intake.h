@@ -38,7 +38,8 @@ typedef struct IntakeOptions {
     const char *prefix, *input_prefix;
     const char *path;
     bool overwrite;
-    double hz; // frames per simulated second at most; 0: all
+    double hz;    // frames per simulated second at most; 0: all
+    double still; // [m] as in RecordingOptions
     QueueWhenFull when_full;
     bool survey_only; // only surveys the daemon, makes no items
 } IntakeOptions;

@@ -44,6 +44,9 @@ static const ArgumentRow ROWS[] = {
      .help = "record this body; may be repeated (default: all bodies)"},
     {"hz", 0, ARGUMENT_NUMBER, "HZ", AT(live.intake.hz), 1e-3, 1e4,
      .help = "at most HZ frames per simulated second (default: all)"},
+    {"still", 0, ARGUMENT_NUMBER, "M", AT(live.intake.still), 0.0, 1.0,
+     .help = "do not store a body again while no coordinate of it is farther than M metres from "
+             "its last stored frame (default: 0, while it is bit-identical)"},
     {"duration", 'd', ARGUMENT_NUMBER, "S", AT(live.duration), 0.01, 1e7,
      .help = "end S seconds after the recording began"},
     {"wait", 0, ARGUMENT_NUMBER, "S", AT(live.wait), 0.01, 1e7,

@@ -22,6 +22,8 @@ static const int64_t LAST_STATUS_NS = 300000000;
 static const double PREPARE_S = 120.0;
 // To end, for programs that first write what they have: a checkpoint, a recording.
 static const double WRITE_S = 60.0;
+// Of bodies that stand still the last bits of coordinates change: nobody sees a micrometre.
+static const char RECORD_STILL_M[] = "1e-6";
 // Sanitizers reserve all of the address space.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 static const int64_t PREPARE_BYTES = 0;
@@ -237,6 +239,7 @@ static bool begin_recording(Workbench *workbench, const WorkbenchHeard *heard, P
     add_option(&arguments, "--prefix", workbench->prefix);
     add_option(&arguments, "--input-prefix", workbench->input_prefix);
     add_option(&arguments, "--output", job->file);
+    add_option(&arguments, "--still", RECORD_STILL_M);
     return run(workbench, job, PLIANT_RECORD, &arguments,
                &(ChildOptions){.folder = folder->path, .patience_s = WRITE_S}, error);
 }

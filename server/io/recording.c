@@ -55,6 +55,7 @@ void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, flo
 #ifdef PLIANT_WITH_HDF5
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -336,19 +337,51 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
     return ok;
 }
 
+// True if the newest rows of the file will do for the frame. They are compared themselves, so
+// errors do not add up.
+static bool is_stored(const RecordedBody *body, double still, const RecordingFrame *frame)
+{
+    const size_t numbers = 3 * (size_t)frame->node_count;
+    if (body->stored == NULL || frame->topology != body->stored_topology ||
+        frame->node_count != body->stored_count)
+        return false;
+    if (still == 0.0)
+        return memcmp(frame->position, body->stored, numbers * sizeof(float)) == 0;
+    for (size_t k = 0; k < numbers; k++)
+        if (!(fabs((double)frame->position[k] - (double)body->stored[k]) <= still))
+            return false;
+    return true;
+}
+
+static void remember_positions(RecordedBody *body, const RecordingFrame *frame, int64_t first)
+{
+    const size_t bytes = 3 * (size_t)frame->node_count * sizeof(float);
+    if (body->stored == NULL || frame->node_count != body->stored_count)
+        body->stored = realloc(body->stored, bytes + 1);
+    ASSERT(body->stored != NULL);
+    memcpy(body->stored, frame->position, bytes);
+    body->stored_count = frame->node_count;
+    body->stored_topology = frame->topology;
+    body->stored_first = first;
+}
+
 bool recording_add_frame(Recording *recording, int index, const RecordingFrame *frame)
 {
     ASSERT(index >= 0 && index < recording->body_count);
-    HdfTable *table = recording->body[index].table;
-    const int64_t first = (int64_t)table[POSITION].count;
+    RecordedBody *body = &recording->body[index];
+    HdfTable *table = body->table;
+    const bool shared = is_stored(body, recording->still, frame);
+    const int64_t first = shared ? body->stored_first : (int64_t)table[POSITION].count;
     // The time comes last: a reader takes a frame for complete once that is there.
-    bool ok = begin(recording, &table[POSITION], frame->node_count) &&
-              append(recording, &table[POSITION], frame->node_count, frame->position) &&
+    bool ok = begin(recording, &table[POSITION], shared ? 0 : frame->node_count) &&
+              (shared || append(recording, &table[POSITION], frame->node_count, frame->position)) &&
               append(recording, &table[FRAME_FIRST], 1, &first) &&
               append(recording, &table[FRAME_COUNT], 1, &frame->node_count) &&
               append(recording, &table[FRAME_TOPOLOGY], 1, &frame->topology) &&
               append(recording, &table[FRAME_STEP], 1, &frame->step) &&
               append(recording, &table[FRAME_TIME], 1, &frame->time);
+    if (ok && !shared)
+        remember_positions(body, frame, first);
     recording->frames += ok;
     return ok;
 }
@@ -470,8 +503,10 @@ static bool write_end(Recording *recording)
 
 static void destroy(Recording *recording)
 {
-    for (int i = 0; i < recording->body_count; i++)
+    for (int i = 0; i < recording->body_count; i++) {
         free(recording->body[i].topology);
+        free(recording->body[i].stored);
+    }
     close(recording->space.fd);
     free(recording->body);
     free(recording->tool);
@@ -490,6 +525,7 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
     ASSERT(recording != NULL);
     recording->space.fd = fd;
     recording->path = strdup(path);
+    recording->still = options->still;
     recording->body_count = options->body_count;
     recording->tool_count = options->tool_count;
     recording->body = calloc((size_t)options->body_count + 1, sizeof *recording->body);

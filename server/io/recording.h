@@ -29,6 +29,7 @@ typedef struct RecordingOptions {
     const RecordingBody *body;
     const int *tool; // ids, unique
     bool overwrite;  // replaces an existing HDF5 file
+    double still; // [m] a frame shares the body's last rows if no coordinate is farther from them
 } RecordingOptions;
 
 // Frames and messages of a body that are missing in the file, by cause.
@@ -89,7 +90,8 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 // failure on. A full disk leaves the file complete; any other failure leaves it as of its last
 // flush.
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology);
-// The frame's topology must have been added.
+// The frame's topology must have been added. A body that stands still is stored once: its frames
+// have the same `first`.
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
 bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
 bool recording_add_event(Recording *recording, const RecordingEvent *event);

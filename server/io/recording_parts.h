@@ -78,6 +78,10 @@ typedef struct RecordedBody {
     HdfTable table[BODY_TABLES];
     TopologyRows *topology; // [topology_count], the same as in the file
     int topology_count, topology_capacity;
+    // Its newest positions in the file; NULL: none yet.
+    float *stored; // [3 stored_count]
+    int stored_count, stored_topology;
+    int64_t stored_first; // row
 } RecordedBody;
 
 typedef struct RecordedTool {
@@ -91,6 +95,7 @@ struct Recording {
     bool broken;     // HDF5 has failed to write and must not touch the file any more
     Status status;   // the first failure
     Status sidecar;  // of its newest writing
+    double still;    // [m]
     int body_count, tool_count;
     RecordedBody *body;
     RecordedTool *tool;

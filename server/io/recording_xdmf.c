@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The sidecar of a recording: an XDMF 2 text that describes to ParaView's "XDMF Reader" which rows
 // of the HDF5 file belong to which frame, as one temporal collection of grids per body. It is made
-// from the file, so that no data of a long recording stays in memory.
+// from the file, so that no data of a long recording stays in memory. A time at which no body has
+// moved is left out: ParaView shows the last one before. At any other it shows only bodies that
+// list that very time, so all do.
 #include "io/recording_parts.h"
 
 #ifdef PLIANT_WITH_HDF5
@@ -97,6 +99,50 @@ static bool read_block(const Recording *recording, const RecordedBody *body, hsi
            hdf_table_read(file, &table[FRAME_TOPOLOGY], first, rows, block->topology);
 }
 
+// Times at which something has moved.
+typedef struct Times {
+    double *at; // [count] [s]
+    size_t count, capacity;
+} Times;
+
+static void add_time(Times *times, double at)
+{
+    if (times->count == times->capacity) {
+        times->capacity = 2 * times->capacity + BLOCK;
+        times->at = realloc(times->at, times->capacity * sizeof *times->at);
+        ASSERT(times->at != NULL);
+    }
+    times->at[times->count++] = at;
+}
+
+static int compare_times(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// Adds those of one body, and its last one, where the recording ends.
+static bool add_times(const Recording *recording, const RecordedBody *body, Block *block,
+                      Times *times)
+{
+    int64_t at = -1;
+    int32_t topology = 0;
+    const hsize_t frames = body->table[FRAME_TIME].count;
+    for (hsize_t first = 0; first < frames; first += BLOCK) {
+        const int rows = (int)(frames - first < BLOCK ? frames - first : BLOCK);
+        if (!read_block(recording, body, first, (hsize_t)rows, block))
+            return false;
+        for (int i = 0; i < rows; i++) {
+            if (block->first[i] != at || block->topology[i] != topology ||
+                first + (hsize_t)i + 1 == frames)
+                add_time(times, block->time[i]);
+            at = block->first[i];
+            topology = block->topology[i];
+        }
+    }
+    return true;
+}
+
 // Finds the topology with this number; most frames have that of the frame before.
 static const TopologyRows *find_topology(const RecordedBody *body, int number, int *at)
 {
@@ -110,8 +156,8 @@ static const TopologyRows *find_topology(const RecordedBody *body, int number, i
     return NULL;
 }
 
-static bool write_body(const Recording *recording, const RecordedBody *body, Block *block,
-                       FILE *out)
+static bool write_body(const Recording *recording, const RecordedBody *body, const Times *times,
+                       Block *block, FILE *out)
 {
     int at = 0;
     fprintf(out, "<Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
@@ -123,6 +169,9 @@ static bool write_body(const Recording *recording, const RecordedBody *body, Blo
         if (!read_block(recording, body, first, (hsize_t)rows, block))
             return false;
         for (int i = 0; i < rows; i++) {
+            if (bsearch(&block->time[i], times->at, times->count, sizeof *times->at,
+                        compare_times) == NULL)
+                continue;
             const TopologyRows *topology = find_topology(body, block->topology[i], &at);
             ASSERT(topology != NULL);
             write_frame(recording, body, block, i, topology, out);
@@ -138,9 +187,15 @@ static bool write_all(const Recording *recording, FILE *out)
     ASSERT(block != NULL);
     fputs(XDMF_HEAD "<Xdmf Version=\"2.0\"><Domain>\n", out);
     bool ok = true;
+    Times times = {0};
     for (int i = 0; i < recording->body_count && ok; i++)
-        ok = write_body(recording, &recording->body[i], block, out);
+        ok = add_times(recording, &recording->body[i], block, &times);
+    if (times.count > 0)
+        qsort(times.at, times.count, sizeof *times.at, compare_times);
+    for (int i = 0; i < recording->body_count && ok; i++)
+        ok = write_body(recording, &recording->body[i], &times, block, out);
     fprintf(out, "</Domain></Xdmf>\n");
+    free(times.at);
     free(block);
     return ok;
 }

@@ -25,14 +25,17 @@ static inline bool has_sidecar(const char *path)
     return access(xdmf, F_OK) == 0;
 }
 
-// Frames of all bodies that the sidecar lists: those that were flushed.
-static inline int sidecar_frames(const char *path)
+// Frames of all bodies in the file: those that were flushed. (The sidecar leaves out some.)
+static inline int flushed_frames(const char *path)
 {
-    int count;
-    if (!has_sidecar(path))
+    static RecordingInfo info;
+    Status status = {0};
+    int64_t count = 0;
+    if (!has_sidecar(path) || !recording_info_read(path, &info, &status))
         return 0;
-    free(view_sidecar_of(path, &count));
-    return count;
+    for (int i = 0; i < info.body_count; i++)
+        count += info.body[i].frames;
+    return (int)count;
 }
 
 static inline void end(Process *program, int number, int code)

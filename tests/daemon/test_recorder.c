@@ -119,7 +119,7 @@ TEST(what_comes_by_messages_is_what_the_daemon_records)
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 1 + i % 4, "");
         wait_until(client, client->contact.step == reply->step);
     }
-    wait_until(client, sidecar_frames(path) >= STEPS + 1);
+    wait_until(client, flushed_frames(path) >= STEPS + 1);
     server_stop(client, &daemon);
     end(&program, SIGTERM, 0);
 
@@ -178,7 +178,7 @@ TEST(every_frame_has_its_mesh_while_bodies_refine_and_are_cut)
         if (logs)
             wait_for_log(client, log, round);
     }
-    wait_until(client, sidecar_frames(path) >= 2 * ROUNDS);
+    wait_until(client, flushed_frames(path) >= 2 * ROUNDS);
     server_stop(client, &daemon);
     end(&program, SIGINT, 0);
     if (logs)
@@ -253,7 +253,7 @@ TEST(bodies_are_chosen_and_files_replaced)
         // The newest frame waits for the next request. Until a time, not for a number of messages:
         // a status ends client_listen as well, and a busy machine starts the recorder late.
         const double limit = client_now() + 30.0;
-        while (sidecar_frames(path) < 5 && client_now() < limit) {
+        while (flushed_frames(path) < 5 && client_now() < limit) {
             client->replies = 0; // none of them is looked up again
             command(client, PLIANT_COMMAND_T_STEP, 10, "");
             client_listen(client, 100);

@@ -23,10 +23,10 @@ TEST(it_comes_first_or_late_and_goes_on_with_a_daemon_that_is_started_anew)
     Process daemon, program;
     record_start(&program, path, "--hz 20"); // before there is a daemon
     SCOPED_CLIENT Client *client = server_start(&daemon, "%s", scene);
-    wait_until(client, sidecar_frames(path) >= 10);
+    wait_until(client, flushed_frames(path) >= 10);
     process_finish(&daemon, SIGKILL);
     daemon_start(&daemon, "%s", scene);
-    wait_until(client, sidecar_frames(second) >= 10);
+    wait_until(client, flushed_frames(second) >= 10);
     end(&program, SIGTERM, 0);
     server_stop(client, &daemon);
     expect_in(program.err, "the daemon restarted");
@@ -49,9 +49,9 @@ TEST(what_was_flushed_survives_kill_9)
     Process daemon, program;
     SCOPED_CLIENT Client *client = server_start(&daemon, "%s", write_scene("killed.cfg", LIVE, ""));
     record_start(&program, path, "");
-    wait_until(client, sidecar_frames(path) >= 60);
+    wait_until(client, flushed_frames(path) >= 60);
     client_listen(client, rand() % 300);
-    int flushed = sidecar_frames(path);
+    int flushed = flushed_frames(path);
     end(&program, SIGKILL, 1000 + SIGKILL);
 
     const RecordingInfo *info = info_of(path);
@@ -179,7 +179,7 @@ TEST(hostile_messages_are_refused_and_counted)
     // The daemon's own frames are still taken: the half one is given up for a newer one.
     for (int i = 0; i < 3; i++)
         command(client, PLIANT_COMMAND_T_STEP, 1, "");
-    wait_until(client, sidecar_frames(path) >= 3);
+    wait_until(client, flushed_frames(path) >= 3);
     server_stop(client, &daemon);
     end(&program, SIGTERM, 0);
     const RecordingInfo *info = info_of(path);

@@ -51,6 +51,8 @@ static void make_positions(int body, int64_t step, int nodes, float *position)
         position[i] = (float)random_between(&random, -1.0, 1.0);
 }
 
+static double still; // [m] of the next recording
+
 static Recording *create(const char *name, Status *status)
 {
     for (int i = 0; i < STRIP_NODES; i++) {
@@ -65,7 +67,8 @@ static Recording *create(const char *name, Status *status)
                                       .body_count = BODIES,
                                       .tool_count = 2,
                                       .body = body,
-                                      .tool = tool_id};
+                                      .tool = tool_id,
+                                      .still = still};
     return recording_create(scratch_at(name), &options, status);
 }
 
@@ -255,6 +258,74 @@ TEST(a_new_topology_has_rows_of_its_own)
     FREED SidecarFrame *frame = view_sidecar(scratch_at("c.h5.xdmf"), &count);
     assert_int_equal(count, 4);
     expect_sidecar_matches(frame, count, &view, "tetra");
+}
+
+// Adds a frame all of whose coordinates are `x`.
+static void add_at(Recording *recording, int body, int frame, float x)
+{
+    float position[3 * MOST_NODES];
+    const RecordingFrame at = {.step = 16 * frame,
+                               .time = 1e-3 * (16.0 * frame),
+                               .node_count = topology_of(body, 0).node_count,
+                               .position = position};
+    for (int i = 0; i < 3 * at.node_count; i++)
+        position[i] = x;
+    assert_true(recording_add_frame(recording, body, &at));
+}
+
+static void expect_at(const BodyView *view, const float *x, int frames, double within)
+{
+    assert_int_equal(view->frames, frames);
+    for (int f = 0; f < frames; f++)
+        for (int i = 0; i < 3 * view->count[f]; i++)
+            expect_near((double)view->position[view->first[f]][i], (double)x[f], within);
+}
+
+TEST(a_body_that_stands_still_is_stored_once_and_left_out_of_the_sidecar)
+{
+    // The strip moves when the tetrahedron stands, which comes back to where it was.
+    static const float tetra_x[] = {0.0f, 0.0f, 0.0f, 1.0f, 1.0f, 0.0f, 0.0f, 0.0f};
+    static const float strip_x[] = {0.0f, 0.0f, 0.0f, 0.0f, 2.0f, 2.0f, 2.0f, 2.0f};
+    Recording *recording = start("still.h5");
+    for (int f = 0; f < 8; f++) {
+        add_at(recording, TETRA, f, tetra_x[f]);
+        add_at(recording, STRIP, f, strip_x[f]);
+    }
+    finish(recording);
+    SCOPED(view_close) hid_t file = open_view("still.h5", false);
+    SCOPED(view_free) BodyView view, other;
+    view_body(&view, file, "tetra");
+    view_body(&other, file, "strip");
+    expect_at(&view, tetra_x, 8, 0.0);
+    expect_at(&other, strip_x, 8, 0.0);
+    assert_int_equal(view.rows, 3 * 4);
+    assert_int_equal(other.rows, 2 * STRIP_NODES);
+    // Both list the first frame, the three at which one of them moved, and the end.
+    int count;
+    FREED SidecarFrame *frame = view_sidecar(scratch_at("still.h5.xdmf"), &count);
+    assert_int_equal(count, 2 * 5);
+    expect_sidecar_matches(frame, count, &view, "tetra");
+    expect_sidecar_matches(frame, count, &other, "strip");
+}
+
+TEST(what_creeps_is_stored_again_before_it_is_off_by_more_than_still)
+{
+    enum { FRAMES = 40 };
+    float x[FRAMES];
+    still = 1e-6;
+    Recording *recording = start("creep.h5");
+    still = 0.0;
+    for (int f = 0; f < FRAMES; f++) {
+        x[f] = 4e-7f * (float)f;
+        add_at(recording, TETRA, f, x[f]);
+    }
+    finish(recording);
+    SCOPED(view_close) hid_t file = open_view("creep.h5", false);
+    SCOPED(view_free) BodyView view;
+    view_body(&view, file, "tetra");
+    expect_at(&view, x, FRAMES, 1e-6);
+    // Three frames lie within a micrometre: 0, 0.4 and 0.8.
+    assert_int_equal(view.rows, 4 * ((FRAMES + 2) / 3));
 }
 
 TEST(tools_and_events_are_stored)

@@ -453,7 +453,13 @@ void expect_sidecar_matches(const SidecarFrame *frame, int count, const BodyView
             continue;
         const SidecarFrame *f = &frame[i];
         assert_in_range(index, 0, view->frames - 1);
-        // Written with nine digits.
+        // Frames that are left out are the one before again. Times have nine digits.
+        while (view->time[index] < f->time - 1e-8 * (1.0 + f->time)) {
+            assert_in_range(index, 1, view->frames - 2);
+            assert_int_equal(view->first[index], view->first[index - 1]);
+            assert_int_equal(view->topology[index], view->topology[index - 1]);
+            index++;
+        }
         expect_near(f->time, view->time[index], 1e-8 * (1.0 + view->time[index]));
         assert_int_equal(f->position.first, view->first[index]);
         assert_int_equal(f->position.rows, view->count[index]);
