@@ -99,6 +99,8 @@ test('the_line_that_a_scene_without_grasper_is_told_to_add_is_one', options, asy
 });
 
 test('a_session_is_recorded_and_saved', options, async () => {
+    // 30 frames a second of 162 nodes, 12 bytes each, and 960 bytes of a frame.
+    await shows('what it takes is told before', 'record', /^Record \(≤ 5\.2 MB\/min\)$/);
     await page.locator('#record').click();
     await shows('something is recorded', 'recorder', /recording other-[\d-]+\.h5, \d.* kB/);
     await page.locator('#record').click();

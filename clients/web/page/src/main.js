@@ -29,13 +29,16 @@ const TOUCH_HINTS = {
     cut: 'Drag across tissue: cut · two fingers: turn and zoom',
     tie: 'Tap tissue: pin · drag to another body: tie, to the same one: clip · two fingers: turn and zoom',
 };
+// A recording has so many bytes of a frame for each node, and of a body for its columns and the sidecar. What stands still
+// takes less.
+const NODE_BYTES = 12, BODY_BYTES = 960;
 // What clients may send many times a second: not shown in the list.
 const QUIET = new Set(['load', 'tool']);
 
 const element = (id) => document.getElementById(id);
 let bodies = [], textures = [], switches = { wireframe: false, springs: false };
 let round = null, fitted = false, daemon = false, silence = 0, connected = false, drawnAt = 0, figuresAt = 0;
-let colours = null, offered = false;
+let colours = null, offered = false, published = 0; // [Hz] frames of nodes
 let started = false; // everything below exists
 
 const images = {
@@ -146,6 +149,7 @@ function takeText(message) {
         for (const { name, mass } of message.body ?? [])
             for (const body of bodies) if (body.name === name) body.mass = mass;
         timeline.takeStatus(message);
+        workbench.takeRate(60 * published * bodies.reduce((sum, { n }) => sum + NODE_BYTES * n + BODY_BYTES, 0));
         return panel.takeStatus(message);
     case 'recording': return timeline.takeRecording(message);
     case 'playback': return takePlayback(message);
@@ -265,6 +269,7 @@ function takeScene(scene) {
     second.take(tools.list);
     forces.takeScene(tools.list);
     settings.takeScene(scene.describe ?? '');
+    published = Number(/^publish on .*: nodes (\S+) Hz/m.exec(scene.describe)?.[1] ?? 0);
     panel.takeScene(scene);
     panel.hint(whatDragsDo());
     fitted = false;

@@ -29,6 +29,7 @@ export class Workbench {
         this.changed = changed;
         this.state = null; // the newest message; null: this server has no workbench
         this.live = false; // some daemon runs
+        this.perMinute = ''; // what a recording takes
         this.filled = new Map(); // id of a list -> what it shows
         this.places = new Map(); // id of a request -> where its refusal is shown
         this.thumbs = new Thumbs();
@@ -161,7 +162,7 @@ export class Workbench {
         const size = recordings.find(({ name }) => name === recorder.file)?.bytes ?? 0;
         const frames = [...(recorder.text ?? '').matchAll(/^body (\S+): frames (\d+)/gm)];
         element('record').hidden = false;
-        element('record').textContent = runs ? `Stop recording (${bytesText(size)})` : 'Record';
+        element('record').textContent = runs ? `Stop recording (${bytesText(size)})` : `Record${this.perMinute}`;
         element('record').classList.toggle('recording', runs);
         element('record').disabled = recorder.state === 'ending' || (!runs && !this.live);
         const text = runs ? `recording ${recorder.file}, ${bytesText(size)}`
@@ -194,6 +195,14 @@ export class Workbench {
         const files = lists[daemon?.folder] ?? [], file = files.find(({ name }) => name === daemon.file);
         if (daemon?.state !== 'running' || lists.foreign || !file) return;
         this.thumbs.keep(daemon.folder, file.name, file.bytes, stage);
+        this.show();
+    }
+
+    /** What a minute of recording takes at most [bytes]; 0: not known. */
+    takeRate(bytes) {
+        const text = bytes ? ` (≤ ${bytesText(bytes)}/min)` : '';
+        if (text === this.perMinute) return;
+        this.perMinute = text;
         this.show();
     }
 
