@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # The demo's pictures, from what pliant-monitor and pliant-probe wrote of the messages.
-# gnuplot -e "out='FOLDER'; t0=START; t1=END" clients/demo.gp; times are simulated seconds.
+# gnuplot -e "out='FOLDER'; t0=START; t1=END; shape=1" clients/demo.gp; times are simulated seconds; shape 0: not the body.
 set terminal pngcairo size 1200,700 enhanced font 'DejaVu Sans,15' linewidth 2
 set grid lc rgb '#b0b0b0' lw 0.5
 set xlabel 'simulated time since the probe began [s]'
@@ -25,6 +25,7 @@ plot out.'/probe.tsv' using ($2 - t0):(sqrt($6**2 + $7**2 + $8**2)) with lines l
          title 'force |F|', \
      '' using ($2 - t0):($12 * 1e3) axes x1y2 with lines lc rgb '#909090' title 'depth'
 
+if (!shape) exit
 reset
 set terminal pngcairo size 1100,1000 enhanced font 'DejaVu Sans,15'
 set output out.'/shape.png'
