@@ -195,7 +195,7 @@ static bool check_edges(Repair *repair)
         if (repair->edges_overfull)
             repair_fail(repair, a, half.order[i + 2] / 3,
                         "edge between nodes %d and %d belongs to %d faces, more than two: %d, %d, "
-                        "%d%s",
+                        "%d%s; MeshLab's Repair non Manifold Edges mends it",
                         a < b ? a : b, a < b ? b : a, end - i, repair->polygon[h / 3],
                         repair->polygon[half.order[i + 1] / 3],
                         repair->polygon[half.order[i + 2] / 3], end - i > 3 ? " ..." : "");

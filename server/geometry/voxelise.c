@@ -71,11 +71,11 @@ static bool check_closed(const TriMesh *mesh, Status *status)
     if (open < 0)
         return true;
     // Name one edge of the gap.
-    return status_fail(status, STATUS_INVALID,
-                       "the mesh is not closed: no other triangle borders the one at the edge "
-                       "between nodes %d and %d, so it has no inside",
-                       mesh->file_index[half_edge_from(mesh, open)],
-                       mesh->file_index[half_edge_to(mesh, open)]);
+    return status_fail(
+        status, STATUS_INVALID,
+        "the mesh is not closed: no other triangle borders the one at the edge "
+        "between nodes %d and %d, so it has no inside; MeshLab's Close Holes gives it one",
+        mesh->file_index[half_edge_from(mesh, open)], mesh->file_index[half_edge_to(mesh, open)]);
 }
 
 // --- the grid ---

@@ -343,7 +343,8 @@ static bool check_head(const HdfFile *file, const World *world)
     return strcmp(text, physics) == 0 ||
            hdf_fail(file, "/",
                     "was written for other physics than those of %s (rate, gravity, "
-                    "meshes, materials, tools, attachments or loads differ)",
+                    "meshes, materials, tools, attachments or loads differ): resume it with the "
+                    "scene that it is of",
                     world->scene_path);
 }
 

@@ -105,8 +105,12 @@ bool hdf_open_here(HdfFile *file, const char *path, Status *status)
         return true;
     // A program that has it open for writing is no damage, and passes.
     if (is_locked(path))
-        return status_fail(status, STATUS_FAILED, "%s: another program is writing it", path);
-    return status_fail(status, STATUS_INVALID, "%s: is truncated, damaged or being written", path);
+        return status_fail(status, STATUS_FAILED,
+                           "%s: another program is writing it: wait for its end", path);
+    return status_fail(status, STATUS_INVALID,
+                       "%s: is truncated, damaged or being written; if its writer was killed, "
+                       "h5clear -s FILE (package hdf5-tools) may open it",
+                       path);
 }
 
 // Answers first whether the file could be opened.
@@ -237,7 +241,8 @@ bool hdf_check_seal(const char *path, Status *status)
     snprintf(expected, sizeof expected, SEAL_FORMAT, size, hash);
     return (ours && memcmp(found, expected, SEAL_BYTES) == 0) ||
            status_fail(status, STATUS_INVALID,
-                       "%s: is truncated or was altered: it differs from its seal", path);
+                       "%s: is truncated or was altered: it differs from its seal; write it again",
+                       path);
 }
 
 bool hdf_open_target(HdfFile *file, const char *path, const char *format, Status *status)

@@ -122,9 +122,8 @@ static bool check_indices(const char *path, const MeshDraft *draft, Status *stat
             if (draft->corner[c] >= draft->node_count)
                 return status_fail(status, STATUS_INVALID, "%s:%d: vertex index %d outside [1, %d]",
                                    path, draft->line[p], draft->corner[c] + 1, draft->node_count);
-    if (draft->polygon_count == 0)
-        return status_fail(status, STATUS_INVALID,
-                           "%s: no faces; expected an OBJ (v, f), STL, PLY or OFF file", path);
+    if (draft->polygon_count == 0 && draft->node_count == 0)
+        return status_fail(status, STATUS_INVALID, "%s: no faces; " MESH_FORMATS, path);
     return true;
 }
 
@@ -277,15 +276,18 @@ bool off_read(const FileBytes *file, MeshDraft *draft, Status *status)
     size_t size = keyword_size(keyword);
     // The keyword says what a vertex has.
     if (memchr(keyword, '4', size) != NULL || memchr(keyword, 'n', size) != NULL)
-        return status_fail(status, STATUS_INVALID,
-                           "%s:%d: OFF files of other than three dimensions are not read",
-                           file->path, text.line);
+        return status_fail(
+            status, STATUS_INVALID,
+            "%s:%d: OFF files of other than three dimensions are not read; export it as PLY or STL",
+            file->path, text.line);
     text.at = keyword + size;
     // A binary file says so behind it.
     Text ahead = text;
     if (word_is(text_word(&ahead), "BINARY"))
-        return status_fail(status, STATUS_INVALID, "%s:%d: binary OFF files are not read",
-                           file->path, text.line);
+        return status_fail(
+            status, STATUS_INVALID,
+            "%s:%d: binary OFF files are not read; export it as text, or as PLY or STL", file->path,
+            text.line);
     return read_body(&text, draft, status);
 }
 
@@ -399,7 +401,8 @@ bool stl_read_ascii(const FileBytes *file, MeshDraft *draft, Status *status)
     if (!read_solids(&text, draft, status))
         return false;
     return draft->polygon_count > 0 ||
-           status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
+           status_fail(status, STATUS_INVALID,
+                       "%s: no triangles, so it is no surface; export it again", file->path);
 }
 
 static uint32_t little_endian(const char *bytes)
@@ -464,7 +467,8 @@ bool stl_binary_likely(const FileBytes *file, size_t first)
 bool stl_read_binary(const FileBytes *file, size_t count, MeshDraft *draft, Status *status)
 {
     if (count == 0)
-        return status_fail(status, STATUS_INVALID, "%s: no triangles", file->path);
+        return status_fail(status, STATUS_INVALID,
+                           "%s: no triangles, so it is no surface; export it again", file->path);
     // Three nodes a triangle: joining them is the repair's work.
     for (size_t t = 0; t < count; t++) {
         for (int c = 1; c <= 3; c++) {

@@ -117,6 +117,14 @@ bool cells_end_cell(MeshCells *cells, CellKind kind, int line);
 bool cells_finish(MeshCells *cells, const char *path, Status *status);
 void cells_destroy(MeshCells *cells);
 
+#define MESH_FORMATS                                                                               \
+    "expected a mesh (OBJ, STL, PLY, OFF, VTK, MSH) or labels (NRRD, NIfTI); assimp export FILE "  \
+    "NEW.stl converts many others"
+// Where a file has points but no faces.
+#define MESH_OF_POINTS                                                                             \
+    "has points but no faces, so it is no surface; MeshLab makes one of a cloud of points "        \
+    "(Screened Poisson)"
+
 // --- formats -------------------------------------------------------------------------------------
 
 // Wavefront OBJ: adds the v, vt and f lines to a draft, or fails with file and line. Refuses faces

@@ -85,9 +85,10 @@ bool mesh_file_read(const char *path, FileBytes *file, Status *status)
         ok = status_fail(status, STATUS_INVALID, "%s: %s", path,
                          S_ISDIR(about.st_mode) ? "is a folder, not a mesh file" : "is not a file");
     else if (about.st_size == 0)
-        ok = status_fail(status, STATUS_INVALID, "%s: the file is empty", path);
+        ok = status_fail(status, STATUS_INVALID, "%s: the file is empty; export it again", path);
     else if ((size_t)about.st_size > LARGEST_FILE)
-        ok = status_fail(status, STATUS_INVALID, "%s: %lld bytes, more than %zu", path,
+        ok = status_fail(status, STATUS_INVALID,
+                         "%s: %lld bytes, more than %zu; simplify the mesh first", path,
                          (long long)about.st_size, LARGEST_FILE);
     // Read it whole.
     if (ok) {
@@ -136,12 +137,17 @@ static void drop_final_zeros(FileBytes *file)
 static bool refuse_binary(const FileBytes *file, size_t triangles, Status *status)
 {
     if (file->size < stl_binary_size(0))
+        return status_fail(
+            status, STATUS_INVALID,
+            "%s: neither text nor a binary STL, which has at least %zu bytes; " MESH_FORMATS,
+            file->path, stl_binary_size(0));
+    // What no file can hold is no number of triangles.
+    if (stl_binary_size(triangles) > LARGEST_FILE || triangles == 0)
         return status_fail(status, STATUS_INVALID,
-                           "%s: neither text nor a binary STL, which has at least %zu bytes",
-                           file->path, stl_binary_size(0));
+                           "%s: is of no format that is known; " MESH_FORMATS, file->path);
     return status_fail(status, STATUS_INVALID,
                        "%s: neither text nor a binary STL: its %zu triangles take %zu bytes, "
-                       "the file has %zu",
+                       "the file has %zu; " MESH_FORMATS,
                        file->path, triangles, stl_binary_size(triangles), file->size);
 }
 
@@ -160,7 +166,7 @@ static const struct {
     {0, "Kaydara FBX", "FBX", BY_ASSIMP},
     {0, "; FBX", "FBX", BY_ASSIMP},
     {0, "glTF", "binary glTF", BY_ASSIMP},
-    {0, "PK\3\4", "a ZIP archive, as 3MF files are,", "unpack it, or if it is 3MF, " BY_ASSIMP},
+    {0, "PK\3\4", "a ZIP archive or 3MF", "unpack it, or " BY_ASSIMP},
     {0, "#VRML", "VRML", BY_ASSIMP},
     {0, "#X3D", "X3D", BY_ASSIMP},
     {0, "BLENDER", "Blender's own format", "export it from Blender as STL"},
@@ -365,6 +371,8 @@ static bool repair(const FileBytes *file, const MeshDraft *draft, TriMesh *mesh,
                    Status *status)
 {
     MeshFault fault;
+    if (draft->polygon_count == 0 && draft->node_count > 0)
+        return status_fail(status, STATUS_INVALID, "%s: " MESH_OF_POINTS, file->path);
     import->node_count = draft->node_count;
     import->face_count = draft->polygon_count;
     if (mesh_repair(draft, mesh, &import->repairs, &fault)) {

@@ -54,10 +54,10 @@ static bool read_bytes(Nifti *nifti)
     unsigned char head[HEADER_SIZE];
     // The header is of fixed size and begins with that size, which also tells the byte order.
     if (volume_file_head(nifti->file, head, HEADER_SIZE) < HEADER_SIZE)
-        return fail(nifti, "ends within its NIfTI-1 header");
+        return fail(nifti, "ends within its NIfTI-1 header: copy or export it again");
     int size = header_size(head, &nifti->swapped);
     if (size == NIFTI2_SIZE)
-        return fail(nifti, "is a NIfTI-2 file; NIfTI-1 is read");
+        return fail(nifti, "is a NIfTI-2 file; NIfTI-1 is read, which 3D Slicer and nibabel write");
     if (size != HEADER_SIZE)
         return fail(nifti, "its NIfTI-1 header does not begin with its size, 348");
     // Values in our byte order from here on.
@@ -108,7 +108,8 @@ static bool find_type(const Nifti *nifti, VolumeData *data)
             return true;
         }
     return status_fail(nifti->status, STATUS_INVALID,
-                       "%s: its voxels are of datatype %d, not integers or floats of up to 64 bits",
+                       "%s: its voxels are of datatype %d, not integers or floats of up to 64 "
+                       "bits; export labels as integers",
                        nifti->file->path, nifti->header.datatype);
 }
 
@@ -213,7 +214,9 @@ static bool place(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
     nifti_set_debug_level(0);
     nifti_image *image = nifti_convert_nhdr2nim(nifti->header, NULL);
     if (image == NULL)
-        return fail(nifti, "has a NIfTI-1 header that niftilib refuses");
+        return fail(
+            nifti,
+            "has a NIfTI-1 header that niftilib refuses: export it again, from 3D Slicer for one");
     const int count[3] = {image->nx, image->ny, image->nz};
     const float step[3] = {image->dx, image->dy, image->dz};
     bool turned = image->sform_code > 0 || image->qform_code > 0;

@@ -493,7 +493,8 @@ static bool find_encoding(const Header *header, const Nrrd *nrrd, const NrrdIoSt
         data->encoding = ENCODING_HEX;
     else
         return status_fail(header->status, STATUS_INVALID,
-                           "%s: encoding %s is not read; raw, gzip, ascii and hex are",
+                           "%s: encoding %s is not read; raw, gzip, ascii and hex are: save it "
+                           "again from 3D Slicer, or unu save -e gzip",
                            header->file->path, state->encoding->name);
     return true;
 }

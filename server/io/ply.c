@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Stanford PLY. The header lists elements and their properties; the data follow in that order, one
 // element per line in ASCII files. Reads x, y and z of vertices and the list vertex_indices (or
-// vertex_index) of faces; skips all else by its type. Allocates nothing that the header only
-// announces: data that ends too early is an error at its end.
+// vertex_index) of faces, or of triangle strips; skips all else by its type. Allocates nothing that
+// the header only announces: data that ends too early is an error at its end.
 #include "io/mesh_formats.h"
 
 #include <limits.h>
@@ -24,7 +24,7 @@ static const NumberType TYPES[] = {
     {"float64", 8, true, true},
 };
 
-typedef enum PlyRole { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_CORNERS } PlyRole;
+typedef enum PlyRole { ROLE_NONE, ROLE_X, ROLE_Y, ROLE_Z, ROLE_CORNERS, ROLE_STRIPS } PlyRole;
 
 typedef struct PlyProperty {
     NumberType type;
@@ -120,10 +120,12 @@ static PlyRole role_of(const PlyElement *element, const PlyProperty *property, W
         if (word_is(name, "z"))
             return ROLE_Z;
     }
-    // corners to faces, under either of the two usual names.
-    bool corners = word_is(name, "vertex_indices") || word_is(name, "vertex_index");
-    return strcmp(element->name.text, "face") == 0 && property->is_list && corners ? ROLE_CORNERS
-                                                                                   : ROLE_NONE;
+    // corners to faces and strips, under either of the two usual names.
+    if (!property->is_list || !(word_is(name, "vertex_indices") || word_is(name, "vertex_index")))
+        return ROLE_NONE;
+    return strcmp(element->name.text, "face") == 0        ? ROLE_CORNERS
+           : strcmp(element->name.text, "tristrips") == 0 ? ROLE_STRIPS
+                                                          : ROLE_NONE;
 }
 
 static bool read_property(Ply *ply, int line)
@@ -172,7 +174,7 @@ static bool has_roles(const Ply *ply, const PlyElement *element, PlyRole first, 
 static bool check_header(Ply *ply)
 {
     // Each element must have what a mesh needs of it, once.
-    int vertices = 0, faces = 0;
+    int vertices = 0, faces = 0, strips = 0;
     for (int i = 0; i < ply->element_count; i++) {
         const PlyElement *element = &ply->element[i];
         bool vertex = strcmp(element->name.text, "vertex") == 0;
@@ -187,10 +189,13 @@ static bool check_header(Ply *ply)
                                ply->text.path);
         vertices += vertex;
         faces += face;
+        strips += has_roles(ply, element, ROLE_STRIPS, ROLE_STRIPS);
     }
-    // One list of vertices and one of faces.
-    if (vertices == 1 && faces == 1)
+    // One list of vertices, and triangles of either kind.
+    if (vertices == 1 && faces <= 1 && faces + strips > 0)
         return true;
+    if (vertices == 1 && faces == 0)
+        return status_fail(ply->status, STATUS_INVALID, "%s: " MESH_OF_POINTS, ply->text.path);
     return status_fail(ply->status, STATUS_INVALID,
                        "%s: a PLY mesh has one element vertex and one element face, not %d and %d",
                        ply->text.path, vertices, faces);
@@ -268,26 +273,56 @@ static bool read_number(Ply *ply, NumberType type, double *number)
     return element_fail(ply, what);
 }
 
+// Adds the next vertex of a strip, whose last two are `last` (-1: none yet) and of which `length`
+// came before; every second triangle is turned around, and those of two equal vertices join parts.
+static void add_to_strip(Ply *ply, int vertex, int last[2], long length)
+{
+    if (length >= 2 && last[0] != last[1] && last[0] != vertex && last[1] != vertex) {
+        mesh_draft_add_corner(ply->draft, last[length % 2], -1);
+        mesh_draft_add_corner(ply->draft, last[1 - length % 2], -1);
+        mesh_draft_add_corner(ply->draft, vertex, -1);
+        mesh_draft_end_polygon(ply->draft, ply->format == PLY_ASCII ? ply->text.line : 0);
+    }
+    last[0] = last[1];
+    last[1] = vertex;
+}
+
+// Reads the number of a vertex; a strip ends with -1.
+static bool read_vertex(Ply *ply, const PlyProperty *property, int *vertex)
+{
+    double number;
+    if (!read_number(ply, property->type, &number))
+        return false;
+    const double least = property->role == ROLE_CORNERS ? 0.0 : -1.0;
+    if (property->role != ROLE_NONE &&
+        (!(number >= least && number <= INT_MAX) || number != floor(number))) {
+        char what[64];
+        snprintf(what, sizeof what, "names vertex %g", number);
+        return element_fail(ply, what);
+    }
+    *vertex = property->role != ROLE_NONE ? (int)number : 0;
+    return true;
+}
+
 static bool read_list(Ply *ply, const PlyProperty *property)
 {
-    double count, number;
+    double count;
     // The count first; it must be one.
     if (!read_number(ply, property->count_type, &count))
         return false;
     if (!(count >= 0.0 && count <= INT_MAX) || count != floor(count))
         return element_fail(ply, "has a list whose count is no number from 0");
     // Members that nothing needs are read and dropped.
-    for (long i = 0; i < (long)count; i++) {
-        if (!read_number(ply, property->type, &number))
+    int last[2] = {-1, -1}, vertex = 0;
+    long length = 0;
+    for (long i = 0; i < (long)count && !ply->draft->full; i++) {
+        if (!read_vertex(ply, property, &vertex))
             return false;
-        if (property->role != ROLE_CORNERS)
-            continue;
-        if (!(number >= 0.0 && number <= INT_MAX) || number != floor(number)) {
-            char what[64];
-            snprintf(what, sizeof what, "names vertex %g", number);
-            return element_fail(ply, what);
-        }
-        mesh_draft_add_corner(ply->draft, (int)number, -1);
+        if (property->role == ROLE_CORNERS)
+            mesh_draft_add_corner(ply->draft, vertex, -1);
+        if (property->role == ROLE_STRIPS && vertex >= 0)
+            add_to_strip(ply, vertex, last, length);
+        length = vertex >= 0 ? length + 1 : 0;
     }
     // A face is done.
     if (property->role == ROLE_CORNERS)
@@ -338,9 +373,11 @@ static bool check_rest(Ply *ply)
         rest.at++;
     if (rest.at == rest.end)
         return true;
-    return status_fail(ply->status, STATUS_INVALID,
-                       "%s: %td bytes follow the elements that the header announces",
-                       ply->text.path, rest.end - rest.at);
+    return status_fail(
+        ply->status, STATUS_INVALID,
+        "%s: %td bytes follow the elements that the header announces: write it again from "
+        "the program that made it",
+        ply->text.path, rest.end - rest.at);
 }
 
 static bool read_elements(Ply *ply)

@@ -38,7 +38,7 @@ bool volume_file_open(const char *path, VolumeFile *file, Status *status)
                            S_ISDIR(about.st_mode) ? "is a folder, not a volume file"
                                                   : "is not a file");
     if (about.st_size == 0)
-        return status_fail(status, STATUS_INVALID, "%s: the file is empty", path);
+        return status_fail(status, STATUS_INVALID, "%s: the file is empty; export it again", path);
     // What is known of it before its format.
     file->path = strdup(path);
     ASSERT(file->path != NULL);

@@ -96,7 +96,8 @@ static bool check_axes(const char *path, LabelVolume *volume, Status *status)
         if (fabs(cosine) > MOST_SHEAR)
             return status_fail(status, STATUS_INVALID,
                                "%s: axes %d and %d are not at right angles (cosine %.3g, at most "
-                               "%g), so its voxels are no boxes",
+                               "%g), so its voxels are no boxes; resample it, with nearest "
+                               "neighbours (3D Slicer: Resample Scalar Volume)",
                                path, low, high, cosine, MOST_SHEAR);
     }
     // and not at the end of the world.

@@ -190,9 +190,10 @@ static bool check_capacity(const PlaneOptions *options, int vertices, Status *st
     if (!options->body.cuttable || options->body.node_capacity == 0 ||
         options->body.node_capacity >= vertices)
         return true;
-    return status_fail(status, STATUS_INVALID,
-                       "body %s has %d vertices to start with, capacity.nodes is %d",
-                       options->body.name, vertices, options->body.node_capacity);
+    return status_fail(
+        status, STATUS_INVALID,
+        "body %s has %d vertices to start with, capacity.nodes is %d: raise it, or leave it out",
+        options->body.name, vertices, options->body.node_capacity);
 }
 
 ISA_KERNELS(PlaneKernels, plane);

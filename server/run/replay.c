@@ -163,7 +163,8 @@ static bool check_log(Replay *replay, const Scene *scene, Status *status)
     }
     // The log must belong to this rate and begin where the run does.
     if (header->rate_hz != scene->sim.rate_hz && !replay->options.any_rate)
-        return status_fail(status, STATUS_INVALID, "%s: made at rate_hz %.17g, not %.17g",
+        return status_fail(status, STATUS_INVALID,
+                           "%s: made at rate_hz %.17g, not %.17g: set it by --rate",
                            input->log.path, header->rate_hz, scene->sim.rate_hz);
     if (header->step > replay->first_step)
         return status_fail(status, STATUS_INVALID,

@@ -146,8 +146,10 @@ static bool check_capacity(const SurfaceOptions *surface, const TriMesh *mesh, S
     else if (surface->body.face_capacity > 0 && faces > surface->body.face_capacity)
         key = "faces", have = faces, room = surface->body.face_capacity;
     return key == NULL ||
-           status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
-                       surface->body.name, have, key, key, room);
+           status_fail(
+               status, STATUS_INVALID,
+               "body %s has %d %s to start with, capacity.%s is %d: raise it, or leave it out",
+               surface->body.name, have, key, key, room);
 }
 
 // Returns the initial rows of the mesh that the body is made from, owned by the caller; NULL if it

@@ -44,10 +44,11 @@ static bool check_capacity(const Scene *scene, const Body *body, Status *status)
     bool many = scene->node_capacity > 0 && nodes > scene->node_capacity;
     if (!many && (scene->face_capacity == 0 || faces <= scene->face_capacity))
         return true;
-    return status_fail(status, STATUS_INVALID, "body %s has %d %s to start with, capacity.%s is %d",
-                       body->name, many ? nodes : faces, many ? "nodes" : "faces",
-                       many ? "nodes" : "faces",
-                       many ? scene->node_capacity : scene->face_capacity);
+    return status_fail(
+        status, STATUS_INVALID,
+        "body %s has %d %s to start with, capacity.%s is %d: raise it, or leave it out", body->name,
+        many ? nodes : faces, many ? "nodes" : "faces", many ? "nodes" : "faces",
+        many ? scene->node_capacity : scene->face_capacity);
 }
 
 #ifdef PLIANT_WITH_PLANE

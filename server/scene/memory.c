@@ -82,8 +82,9 @@ static bool check(const char *what, double count, double bytes, Status *status)
     double have = memory_free();
     return bytes <= have ||
            status_fail(status, STATUS_INVALID,
-                       "%.0f %s need at least %.2g GB of memory, and %.2g GB are free", count, what,
-                       bytes / 1e9, have / 1e9);
+                       "%.0f %s need at least %.2g GB of memory, and %.2g GB are free; fewer "
+                       "levels, a coarser mesh or larger cells take less",
+                       count, what, bytes / 1e9, have / 1e9);
 }
 
 bool memory_check_surface(const SceneBody *body, double nodes, Status *status)

@@ -208,7 +208,12 @@ static bool print_verdict(const char *path, const Proposals *proposals, FILE *ou
 {
     proposal_print(proposals, out);
     return proposal_best(proposals, NULL) >= 0 ||
-           status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid", path);
+           status_fail(status, STATUS_INVALID, "%s: usable neither as a wall nor as a solid%s",
+                       path,
+                       proposals->subject.volume
+                           ? ""
+                           : "; a wall needs fewer, even edges (./dev remesh), a solid a closed "
+                             "surface");
 }
 
 static bool print_mesh(const char *path, double scale, LabelChoice choice, const Units *guess,

@@ -50,12 +50,15 @@ bool prepared_check_source(const HdfFile *file, const SceneBody *body, uint64_t 
     prepared_path(group, body->name, "");
     // The body must be in the file, prepared from what the scene now has.
     if (!hdf_exists(file, "/bodies") || !hdf_exists(file, group))
-        return hdf_fail(file, group, "is missing: the file was prepared for another scene");
+        return hdf_fail(file, group,
+                        "is missing: the file was prepared for another scene (pliant-prepare "
+                        "SCENE.cfg -o FILE)");
     if (!hdf_read_text(file, group, "source", found, sizeof found))
         return false;
     fnv_text(text, source);
     return strcmp(found, text) == 0 ||
-           hdf_fail(file, group, "was prepared from another %s than this scene's", noun);
+           hdf_fail(file, group, "was prepared from another %s than this scene's: prepare it again",
+                    noun);
 }
 
 // --- writing -------------------------------------------------------------------------------------

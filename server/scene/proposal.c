@@ -494,7 +494,7 @@ static void judge_solid(const Proposals *all, Verdict *verdict)
     Status said = {0};
     // Cells fill a closed surface only.
     if (!all->subject.volume && all->volume <= 0.0) {
-        say(verdict, false, "its surface is not closed");
+        say(verdict, false, "its surface is not closed (MeshLab: Close Holes)");
         return;
     }
     // A first guess by size, then cells as small as a tick has time for if it can be cut.
@@ -584,8 +584,10 @@ static const VolumeLabel *find_label(const Proposals *all, LabelChoice choice, S
                                            : list->label[i].label == number))
             return &list->label[i];
     if (choice.label == NULL)
-        status_fail(status, STATUS_INVALID, "%s: every voxel has the label 0%s%s",
-                    all->subject.path, all->frame.notes[0] != '\0' ? ": " : "", all->frame.notes);
+        status_fail(
+            status, STATUS_INVALID,
+            "%s: every voxel has the label 0, so it holds no organ: choose another file%s%s",
+            all->subject.path, all->frame.notes[0] != '\0' ? ": " : "", all->frame.notes);
     else
         status_fail(status, STATUS_INVALID, "%s: no voxel has the label %s (--check lists them)",
                     all->subject.path, choice.label);

@@ -231,7 +231,8 @@ static bool find_tool(const SceneReader *reader, const config_setting_t *at, int
     for (*tool = 0; *tool < scene->tool_count; ++*tool)
         if (scene->tool[*tool].id == id)
             return true;
-    return option_fail(&reader->source, at, "tool %d is not in the scene", id);
+    return option_fail(&reader->source, at,
+                       "tool %d is not in the scene: tools = ( { id = %d; ... } )", id, id);
 }
 
 static bool is_automatic(const SceneBody *body)
@@ -469,9 +470,15 @@ int scene_find_body(const SceneReader *reader, const config_setting_t *at, const
         if (option_is_near(name, scene->body[i].name))
             nearest = scene->body[i].name;
     }
-    option_fail(&reader->source, at, "body \"%s\" is not in the scene%s%s%s", name,
-                nearest != NULL ? ": did you mean \"" : "", nearest != NULL ? nearest : "",
-                nearest != NULL ? "\"?" : "");
+    // Where none is near, all of them, as far as there is room.
+    char names[200] = "";
+    size_t used = 0;
+    for (int i = 0; nearest == NULL && i < scene->body_count && used < sizeof names; i++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
+                                 scene->body[i].name);
+    option_fail(&reader->source, at, "body \"%s\" is not in the scene: %s%s%s", name,
+                nearest != NULL ? "did you mean \"" : "its bodies are ",
+                nearest != NULL ? nearest : names, nearest != NULL ? "\"?" : "");
     return -1;
 }
 

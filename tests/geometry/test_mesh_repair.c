@@ -441,7 +441,8 @@ TEST(an_edge_of_three_faces_is_refused)
     mesh_draft_add_node(&draft, vec3(0.5, -1, 0.5));
     FACE(&draft, 0, 1, 8);
     expect_refusal(&draft, 6,
-                   "edge between nodes 0 and 1 belongs to 3 faces, more than two: 0, 2, 6");
+                   "edge between nodes 0 and 1 belongs to 3 faces, more than two: 0, 2, 6; "
+                   "MeshLab's Repair non Manifold Edges mends it");
 }
 
 TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
@@ -455,8 +456,8 @@ TEST(closed_surfaces_drawn_with_a_common_edge_are_refused)
     MeshRepairs repairs;
     MeshFault fault;
     assert_false(mesh_repair(&draft, &mesh, &repairs, &fault));
-    assert_string_equal(
-        fault.text, "edge between nodes 0 and 1 belongs to 4 faces, more than two: 1, 3, 5 ...");
+    assert_string_equal(fault.text, "edge between nodes 0 and 1 belongs to 4 faces, more than two: "
+                                    "1, 3, 5 ...; MeshLab's Repair non Manifold Edges mends it");
 }
 
 TEST(borders_stay_borders)

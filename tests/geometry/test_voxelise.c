@@ -411,13 +411,13 @@ TEST(meshes_with_borders_are_refused)
     assert_true(generate_sheet(&mesh, 3, 3, 1.0, 1.0, &(Status){0}));
     refuse(&mesh, 0.1,
            "the mesh is not closed: no other triangle borders the one at the edge between nodes 0 "
-           "and 1, so it has no inside");
+           "and 1, so it has no inside; MeshLab's Close Holes gives it one");
     mesh_destroy(&mesh);
     mesh = make_cuboid(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0));
     mesh.triangle_count = 11; // {3, 7, 5} is missing
     refuse(&mesh, 0.1,
            "the mesh is not closed: no other triangle borders the one at the edge between nodes 3 "
-           "and 5, so it has no inside");
+           "and 5, so it has no inside; MeshLab's Close Holes gives it one");
     mesh_destroy(&mesh);
 }
 

@@ -215,8 +215,10 @@ TEST(obj_faults_name_file_and_line)
         {"v 1 \x1b[31m 2", ":5: coordinate '?[31m' is not a number"},
         {"v 1 123456789012345678901234567890x 2",
          ":5: coordinate '123456789012345678901234567890...' is not a number"},
-        {"", ": no faces; expected an OBJ (v, f), STL, PLY or OFF file"},
-        {"ply", ": no faces; expected an OBJ (v, f), STL, PLY or OFF file"},
+        {"", ": has points but no faces, so it is no surface; MeshLab makes one of a cloud of "
+             "points (Screened Poisson)"},
+        {"ply", ": has points but no faces, so it is no surface; MeshLab makes one of a cloud of "
+                "points (Screened Poisson)"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char text[256];
@@ -302,7 +304,9 @@ TEST(obj_may_end_with_a_zero_byte_but_not_hold_one)
     memcpy(inside, text, sizeof text);
     inside[30] = 0;
     write_bytes(inside, sizeof inside);
-    expect_error(": neither text nor a binary STL, which has at least 84 bytes");
+    expect_error(
+        ": neither text nor a binary STL, which has at least 84 bytes; expected a mesh (OBJ, STL, "
+        "PLY, OFF, VTK) or labels (NRRD, NIfTI); assimp export FILE NEW.stl converts many others");
 }
 
 TEST(ascii_stl_faults_name_file_and_line)
@@ -329,7 +333,8 @@ TEST(ascii_stl_faults_name_file_and_line)
         snprintf(text, sizeof text, "%s%s", start, cases[i][0]);
         expect_text_error(text, cases[i][1]);
     }
-    expect_text_error("solid nothing\nendsolid nothing\n", ": no triangles");
+    expect_text_error("solid nothing\nendsolid nothing\n",
+                      ": no triangles, so it is no surface; export it again");
     expect_text_error("solid", ":1: file ends where 'endsolid' is expected");
     expect_text_error("solid x\nfacet\nouter", ":3: 'outer' where 'normal' is expected");
 }
@@ -393,14 +398,16 @@ TEST(binary_stl_faults_name_file_and_triangle)
 
     bytes = make_binary(0, &size);
     write_bytes(bytes, size);
-    expect_error(": no triangles");
+    expect_error(": no triangles, so it is no surface; export it again");
     memset(bytes + 80, 0xff, 4);
     memset(bytes, 'x', 5); // does not say solid
     write_bytes(bytes, size);
-    expect_error(": neither text nor a binary STL: its 4294967295 triangles take 214748364834 "
-                 "bytes, the file has 84");
+    expect_error(": is of no format that is known; expected a mesh (OBJ, STL, PLY, OFF, VTK) or "
+                 "labels (NRRD, NIfTI); assimp export FILE NEW.stl converts many others");
     write_bytes(bytes, 60);
-    expect_error(": neither text nor a binary STL, which has at least 84 bytes");
+    expect_error(
+        ": neither text nor a binary STL, which has at least 84 bytes; expected a mesh (OBJ, STL, "
+        "PLY, OFF, VTK) or labels (NRRD, NIfTI); assimp export FILE NEW.stl converts many others");
     free(bytes);
 }
 
@@ -532,7 +539,7 @@ TEST(what_is_no_file_is_refused)
     expect_error(": is not a file");
     unlink(path);
     write_bytes("", 0);
-    expect_error(": the file is empty");
+    expect_error(": the file is empty; export it again");
 }
 
 TEST(vtk_of_every_kind_is_read)

@@ -41,9 +41,12 @@ TEST(faults_name_the_line)
         {"OFF\n4 x 0\n", ":2: number of faces must be an integer from 0, not 'x'"},
         {"OFF\n-4 2 0\n", ":2: number of vertices must be an integer from 0, not '-4'"},
         {"OFF\n4e99 2 0\n", ":2: number of vertices must be an integer from 0, not '4e99'"},
-        {"OFF BINARY\n4 2 0\n", ":1: binary OFF files are not read"},
-        {"\n4OFF\n4 2 0\n", ":2: OFF files of other than three dimensions are not read"},
-        {"nOFF 3\n4 2 0\n", ":1: OFF files of other than three dimensions are not read"},
+        {"OFF BINARY\n4 2 0\n",
+         ":1: binary OFF files are not read; export it as text, or as PLY or STL"},
+        {"\n4OFF\n4 2 0\n",
+         ":2: OFF files of other than three dimensions are not read; export it as PLY or STL"},
+        {"nOFF 3\n4 2 0\n",
+         ":1: OFF files of other than three dimensions are not read; export it as PLY or STL"},
         {"OFF\n4 2 0\n0 0 0\n1 0\n", ":4: vertex 1 has 2 coordinates, not 3"},
         {"OFF\n4 2 0\n0 0 0\n1 0 z\n", ":4: coordinate 'z' is not a number"},
         {"OFF\n4 2 0\n0 0 0\n1 0 0\n", ":5: vertex 2 of 4: the file ends"},
@@ -61,9 +64,11 @@ TEST(faults_name_the_line)
          ":9: '3' follows the 2 faces that are announced"},
         {"OFF\n4 1 0\n0 0 0\n1 0 inf\n1 1 0\n0 1 0\n3 0 1 2\n",
          ":7: face 0 uses node 1, whose position (1, 0, inf) is not finite"},
-        {"OFF\n4 0 0\n" VERTICES, ": the mesh has no faces"},
+        {"OFF\n4 0 0\n" VERTICES, ": has points but no faces, so it is no surface; MeshLab makes "
+                                  "one of a cloud of points (Screened Poisson)"},
         {"OFF\n0 0 0\n", ": the mesh has no faces"},
-        {"OFFSET\n", ": no faces; expected an OBJ (v, f), STL, PLY or OFF file"},
+        {"OFFSET\n", ": no faces; expected a mesh (OBJ, STL, PLY, OFF, VTK) or labels (NRRD, "
+                     "NIfTI); assimp export FILE NEW.stl converts many others"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         TriMesh mesh;

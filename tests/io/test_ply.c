@@ -3,9 +3,12 @@
 #include "test.h"
 #include "import_text.h"
 
-#define VERTEX   "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-#define FACE     "element face 2\nproperty list uchar int vertex_indices\n"
-#define HEADER   "ply\nformat ascii 1.0\n" VERTEX FACE "end_header\n"
+#define VERTEX "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+#define FACE   "element face 2\nproperty list uchar int vertex_indices\n"
+#define HEADER "ply\nformat ascii 1.0\n" VERTEX FACE "end_header\n"
+#define STRIPS                                                                                     \
+    "ply\nformat ascii 1.0\n" VERTEX                                                               \
+    "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
 #define VERTICES "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
 
 // A square of two triangles on the nodes 0 1 2 3.
@@ -51,6 +54,29 @@ TEST(line_ends_may_be_those_of_any_system)
         *to++ = *from;
     }
     expect_square(windows, (size_t)(to - windows));
+}
+
+// Stanford's models are strips: each vertex makes a triangle with the two before it, every second
+// one turned around, those with equal vertices only lead elsewhere, and -1 begins a new strip.
+TEST(triangle_strips_are_read_with_the_side_of_every_triangle)
+{
+    static const char *const lists[] = {"7 0 1 2 -1 0 2 3\n", "9 0 1 2 2 0 0 2 3 -1\n",
+                                        "6 -1 0 1 2 -1 3\n", "4 1 2 0 3\n"};
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        SCOPED(mesh_destroy) TriMesh mesh;
+        MeshImport import;
+        char text[512];
+        const int size = snprintf(text, sizeof text, STRIPS VERTICES "%s", lists[i]);
+        assert_string_equal(import_bytes(text, (size_t)size, &mesh, &import), "");
+        assert_int_equal(mesh.triangle_count, i == 2 ? 1 : 2);
+        // Seen from above, all run against the clock.
+        for (int t = 0; t < mesh.triangle_count; t++)
+            assert_true(vec3_cross(vec3_sub(mesh.position[mesh.triangle[t][1]],
+                                            mesh.position[mesh.triangle[t][0]]),
+                                   vec3_sub(mesh.position[mesh.triangle[t][2]],
+                                            mesh.position[mesh.triangle[t][0]]))
+                            .z > 0.0);
+    }
 }
 
 // Binary data with types of every size, in both byte orders.
@@ -128,9 +154,11 @@ TEST(faults_name_line_or_element)
         {"ply\n" VERTEX FACE "end_header\n", ": the header names no format"},
         {"ply\nformat ascii 1.0\n" FACE "end_header\n",
          ": a PLY mesh has one element vertex and one element face, not 0 and 1"},
-        {"ply\nformat ascii 1.0\n" VERTEX "element tristrips 1\nproperty list int int "
-         "vertex_indices\nend_header\n",
-         ": a PLY mesh has one element vertex and one element face, not 1 and 0"},
+        {"ply\nformat ascii 1.0\n" VERTEX "end_header\n" VERTICES,
+         ": has points but no faces, so it is no surface; MeshLab makes one of a cloud of points "
+         "(Screened Poisson)"},
+        {STRIPS VERTICES "3 0 -2 1\n", ":14: tristrips 0 names vertex -2"},
+        {STRIPS VERTICES "3 0 1 9\n", ":14: face 0 names node 9, but there are 4 nodes"},
         {"ply\nformat ascii 1.0\n" VERTEX VERTEX FACE "end_header\n",
          ": a PLY mesh has one element vertex and one element face, not 2 and 1"},
         {"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n" FACE
@@ -153,7 +181,8 @@ TEST(faults_name_line_or_element)
         {HEADER VERTICES "3 0 1 2\n-3 0 2 3\n",
          ":15: face 1 has a list whose count is no number from 0"},
         {HEADER VERTICES "3 0 1 2\n3 0 2 3\n3 0 2 3\n",
-         ": 8 bytes follow the elements that the header announces"},
+         ": 8 bytes follow the elements that the header announces: write it again from the program "
+         "that made it"},
         {HEADER "0 0 0\n1 0 nan\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n",
          ":14: face 0 uses node 1, whose position (1, 0, nan) is not finite"},
         {"ply\nformat binary_big_endian 1.0\n" VERTEX FACE "end_header\n0000",

@@ -21,7 +21,7 @@ TEST(what_is_no_volume_is_refused)
     expect_error_of("/nowhere/organ.nrrd", ": No such file or directory");
     expect_error_of(scratch_space.folder, ": is a folder, not a volume file");
     scratch_write(&scratch_space, "organ", "", 0);
-    expect_error(": the file is empty");
+    expect_error(": the file is empty; export it again");
     scratch_write(&scratch_space, "organ", "\x1f\x8b", 2);
     expect_error(neither);
     scratch_write(&scratch_space, "organ", "solid cube\n", 11);

@@ -214,9 +214,10 @@ TEST(nifti_defects_are_told_in_a_sentence)
     REFUSED(f.vox_offset = 1e30f, ": its voxels begin at byte 1e+30 (vox_offset)");
     REFUSED(f.srow[1][0] = nan, ": the spacing along axis 0 is nan m, outside [1e-12, 1e+12]");
     REFUSED(f.srow[1][0] = 0.0f, ": the spacing along axis 0 is 0 m, outside [1e-12, 1e+12]");
-    REFUSED(f.srow[0][0] = 2.0f,
-            ": axes 0 and 1 are not at right angles (cosine -0.707, at most 0.035), so its voxels "
-            "are no boxes");
+    REFUSED(
+        f.srow[0][0] = 2.0f,
+        ": axes 0 and 1 are not at right angles (cosine -0.707, at most 0.035), so its voxels "
+        "are no boxes; resample it, with nearest neighbours (3D Slicer: Resample Scalar Volume)");
     REFUSED(f.srow[2][3] = inf, ": the first voxel is at (-0.01, -0.02, inf) m");
     REFUSED((f.sform = 0, f.pixdim[2] = nan), ": the spacing along axis 1 is nan (pixdim[2])");
     REFUSED((f.sform = 0, f.pixdim[2] = 0.0f), ": the spacing along axis 1 is 0 (pixdim[2])");
@@ -245,13 +246,14 @@ TEST(nifti_defects_are_told_in_a_sentence)
         Type type = {"", types[t], 1, 'u'};
         write_nifti(&f, &type, t % 2 == 0, false);
         snprintf(expected, sizeof expected,
-                 ": its voxels are of datatype %d, not integers or floats of up to 64 bits",
+                 ": its voxels are of datatype %d, not integers or floats of up to 64 bits; export "
+                 "labels as integers",
                  types[t]);
         expect_error(expected);
     }
     unsigned char other[600] = {540 & 255, 540 >> 8};
     scratch_write(&scratch_space, "organ", other, sizeof other);
-    expect_error(": is a NIfTI-2 file; NIfTI-1 is read");
+    expect_error(": is a NIfTI-2 file; NIfTI-1 is read, which 3D Slicer and nibabel write");
 }
 
 TEST(nothing_was_printed)

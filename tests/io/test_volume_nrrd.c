@@ -265,10 +265,10 @@ TEST(nrrd_defects_are_told_in_a_sentence)
          ": has another unit along each direction of space"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (2,0,0) (0,0,1)\n",
          ": axes 0 and 1 are not at right angles (cosine 1, at most 0.035), so its voxels are no "
-         "boxes"},
+         "boxes; resample it, with nearest neighbours (3D Slicer: Resample Scalar Volume)"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (0,1,0) (0.1,0,1)\n",
          ": axes 0 and 2 are not at right angles (cosine 0.0995, at most 0.035), so its voxels are "
-         "no boxes"},
+         "no boxes; resample it, with nearest neighbours (3D Slicer: Resample Scalar Volume)"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) (0,0,0) (0,0,1)\n",
          ": the spacing along axis 1 is 0 m, outside [1e-12, 1e+12]"},
         {PLAIN "space: LPS\nspace directions: (1,0,0) none (0,0,1)\n",
@@ -300,7 +300,8 @@ TEST(nrrd_defects_are_told_in_a_sentence)
         {"type: int\ndimension: 3\nsizes: 4 3 2\nencoding: hex\nspacings: 1 1 1\nendian: little\n",
          ": 24 voxels of 4 bytes cannot be in the 24 bytes that the file has for them"},
         {"type: uchar\ndimension: 3\nsizes: 4 3 2\nencoding: bzip2\nspacings: 1 1 1\n",
-         ": encoding bzip2 is not read; raw, gzip, ascii and hex are"},
+         ": encoding bzip2 is not read; raw, gzip, ascii and hex are: save it again from 3D "
+         "Slicer, or unu save -e gzip"},
         {"type: block\nblock size: 1\ndimension: 3\nsizes: 4 3 2\nencoding: raw\n"
          "spacings: 1 1 1\n",
          NULL},

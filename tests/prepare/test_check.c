@@ -229,7 +229,7 @@ TEST(each_model_has_its_verdict_with_reason_and_cost)
     run(&result, "--check --scale 0.1 tube.off");
     assert_int_equal(result.code, 0);
     expect_printed(&result, "  as a wall: yes, ");
-    expect_printed(&result, "  as a solid: no, its surface is not closed\n");
+    expect_printed(&result, "  as a solid: no, its surface is not closed (MeshLab: Close Holes)\n");
 }
 
 // Boxes of 40 mm, one after the other, from `low` along x, and one of `inner` around the middle.
@@ -557,8 +557,10 @@ TEST(a_volume_that_takes_long_is_announced)
     assert_int_equal(truncate(scratch("hole.nrrd"), (off_t)sizeof HEAD - 1 + 100000000), 0);
     run(&result, "--check hole.nrrd");
     assert_int_equal(result.code, 2);
-    assert_string_equal(result.err, "hole.nrrd: 100 million voxels, which take about 2 s\n"
-                                    "hole.nrrd: every voxel has the label 0\n");
+    assert_string_equal(
+        result.err,
+        "hole.nrrd: 100 million voxels, which take about 2 s\n"
+        "hole.nrrd: every voxel has the label 0, so it holds no organ: choose another file\n");
 }
 
 TEST(an_image_of_grey_values_is_refused_as_one)

@@ -64,8 +64,9 @@ TEST(daemon_refuses_what_does_not_fit_in_one_line)
     free(data);
     run_daemon(&result, "--check --prepared bad.h5 x.cfg");
     assert_int_equal(result.code, 2);
-    assert_string_equal(result.err,
-                        "bad.h5: is truncated or was altered: it differs from its seal\n");
+    assert_string_equal(
+        result.err,
+        "bad.h5: is truncated or was altered: it differs from its seal; write it again\n");
     run_daemon(&result, "--check --prepared none.h5 x.cfg");
     assert_int_equal(result.code, 2);
     assert_string_equal(result.err, "none.h5: No such file or directory\n");

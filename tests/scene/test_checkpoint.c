@@ -305,8 +305,9 @@ TEST(changed_numbers_are_refused)
         save(&run, "a.h5");
         view_alter(scratch_at("a.h5"), names[i], -1, 1);
         uint64_t before = state_hash(&run.world.state);
-        assert_string_equal(load(&run, "a.h5"),
-                            "a.h5: is truncated or was altered: it differs from its seal");
+        assert_string_equal(
+            load(&run, "a.h5"),
+            "a.h5: is truncated or was altered: it differs from its seal; write it again");
         // With a seal made anew the rows for everyone still contradict those of the run.
         scratch_seal(&scratch_space, "a.h5");
         assert_string_equal(load(&run, "a.h5"), "a.h5: /bodies/ball does not match the state");

@@ -171,7 +171,8 @@ TEST(scenes_name_their_prepared_model)
 TEST(models_of_other_scenes_are_refused)
 {
     prepare(SCENE(STOMACH, "levels = 1;"), "a.h5");
-    const char *other = "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this scene's";
+    const char *other = "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this "
+                        "scene's: prepare it again";
     expect_refusal(SCENE("generator = \"stomach\"; nodes = 101;", "levels = 1;"), "a.h5", other);
     expect_refusal(SCENE("generator = \"stomach\"; nodes = 100; length = 0.3;", "levels = 1;"),
                    "a.h5", other);
@@ -184,7 +185,8 @@ TEST(models_of_other_scenes_are_refused)
     expect_refusal(SCENE(STOMACH, ""), "a.h5",
                    "x.cfg:2: a.h5: /bodies/a was prepared with levels 1, the scene has 0");
     expect_refusal("bodies = (\n{ name = \"b\"; mesh = { " STOMACH " }; levels = 1; } );", "a.h5",
-                   "x.cfg:2: a.h5: /bodies/b is missing: the file was prepared for another scene");
+                   "x.cfg:2: a.h5: /bodies/b is missing: the file was prepared for another scene "
+                   "(pliant-prepare SCENE.cfg -o FILE)");
 }
 
 TEST(mesh_files_that_changed_are_noticed)
@@ -193,7 +195,8 @@ TEST(mesh_files_that_changed_are_noticed)
     prepare(SCENE(ORGAN, "levels = 1;"), "a.h5");
     write_organ("# one byte more is another file\n");
     expect_refusal(SCENE(ORGAN, "levels = 1;"), "a.h5",
-                   "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this scene's");
+                   "x.cfg:2: a.h5: /bodies/a was prepared from another mesh than this scene's: "
+                   "prepare it again");
     unlink(scratch_at("organ.obj"));
     expect_refusal(SCENE(ORGAN, "levels = 1;"), "a.h5",
                    "x.cfg:2: organ.obj: No such file or directory");

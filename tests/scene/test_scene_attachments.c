@@ -26,7 +26,7 @@ TEST(wrong_attachments_are_named_by_their_line)
 {
 #define AT "x.cfg:12: "
     expect_refused("{ body = \"thing\"; sphere = [0, 0, 0]; radius = 1; to = \"world\"; }",
-                   AT "body \"thing\" is not in the scene");
+                   AT "body \"thing\" is not in the scene: its bodies are one, two, other");
     expect_refused("{ body = \"one\"; to = \"world\"; }",
                    AT "attachments entry must be one of { box }, { sphere; radius } and { nodes }");
     expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; to = \"world\"; }",
@@ -35,7 +35,7 @@ TEST(wrong_attachments_are_named_by_their_line)
                    AT "attachments entry must hold to one of to = \"world\", tool = id and to_body "
                       "= name");
     expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; radius = 1; tool = 4; }",
-                   AT "tool 4 is not in the scene");
+                   AT "tool 4 is not in the scene: tools = ( { id = 4; ... } )");
     expect_refused("{ body = \"one\"; sphere = [0, 0, 0]; radius = 1; to_body = \"one\"; }",
                    AT "to_body \"one\" is the body itself");
     expect_refused("{ body = \"one\"; sphere = [0, 0, 5]; radius = 1; to = \"world\"; }",

@@ -398,7 +398,7 @@ static const WrongScene WRONG[] = {
           "plane = { normal = (0, 0, 1); }; "),
      "2: plane means nothing for a blade, only for kind static"},
     // loads find their body
-    {LOAD("body = \"tow\"; "), "3: body \"tow\" is not in the scene"},
+    {LOAD("body = \"tow\"; "), "3: body \"tow\" is not in the scene: its bodies are one, two"},
     {LOAD("body = \"twoo\"; "), "3: body \"twoo\" is not in the scene: did you mean \"two\"?"},
     // names and ids are unique and fit a channel
     {"bodies = ( { name = \"a\"; mesh = { generator = \"sheet\"; }; },\n"

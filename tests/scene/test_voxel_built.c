@@ -145,13 +145,16 @@ TEST(faults_of_bodies_name_the_scenes_line)
     assert_int_equal(strncmp(said, "x.cfg:2: ", 9), 0);
     expect_in(said, "210");
     expect_refusal("capacity = { nodes = 149; };\n" BODY(BOX, "levels = 0;"),
-                   "x.cfg:3: body a has 150 nodes to start with, capacity.nodes is 149");
+                   "x.cfg:3: body a has 150 nodes to start with, capacity.nodes is 149: raise it, "
+                   "or leave it out");
     expect_refusal("capacity = { faces = 295; };\n" BODY(BOX, "levels = 0;"),
-                   "x.cfg:3: body a has 296 faces to start with, capacity.faces is 295");
+                   "x.cfg:3: body a has 296 faces to start with, capacity.faces is 295: raise it, "
+                   "or leave it out");
     expect_refusal("capacity = { nodes = 8; };\n" BODY(
                        "generator = \"box\"; count = [2, 2]; size = 0.01; dimensions = 2;",
                        "levels = 0; cuttable = true;"),
-                   "x.cfg:3: body a has 9 vertices to start with, capacity.nodes is 8");
+                   "x.cfg:3: body a has 9 vertices to start with, capacity.nodes is 8: raise it, "
+                   "or leave it out");
 }
 
 // --- initial states ------------------------------------------------------------------------------

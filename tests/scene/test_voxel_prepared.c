@@ -51,9 +51,11 @@ static void expect_refusal(const char *text, const char *said)
 
 #define SCENE(voxels)                                                                              \
     "bodies = (\n{ name = \"a\"; model = \"voxel\"; voxels = { " voxels " }; } );\n"
-#define OTHER_SOURCE "a.h5: /bodies/a was prepared from another source of voxels than this scene's"
-#define BALL         "generator = \"ball\"; radius = 0.01; size = 0.0025; "
-#define VOLUME       "file = \"v.nrrd\"; label = [4, 2]; "
+#define OTHER_SOURCE                                                                               \
+    "a.h5: /bodies/a was prepared from another source of voxels than this scene's: prepare it "    \
+    "again"
+#define BALL   "generator = \"ball\"; radius = 0.01; size = 0.0025; "
+#define VOLUME "file = \"v.nrrd\"; label = [4, 2]; "
 
 // Four cells in a row: void, 2, 4, 4.
 static void write_volume(const char *comment)
@@ -138,7 +140,8 @@ TEST(lattices_of_other_scenes_are_refused)
     for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++)
         expect_refusal(OTHERS[i], OTHER_SOURCE);
     expect_refusal("bodies = ( { name = \"b\"; model = \"voxel\"; voxels = { " BALL " }; } );",
-                   "a.h5: /bodies/b is missing: the file was prepared for another scene");
+                   "a.h5: /bodies/b is missing: the file was prepared for another scene "
+                   "(pliant-prepare SCENE.cfg -o FILE)");
     free(prepare(SCENE("generator = \"box\"; count = [1, 2, 3];")));
     expect_refusal(SCENE("generator = \"box\"; count = [3, 2, 1];"), OTHER_SOURCE);
 }

@@ -208,7 +208,8 @@ bool cut_body_check(VoxelMaking *making, Status *status)
     // The uncut body must fit.
     if (vertices > making->capacity)
         return status_fail(status, STATUS_INVALID,
-                           "body %s has %d vertices to start with, capacity.nodes is %d",
+                           "body %s has %d vertices to start with, capacity.nodes is %d: raise it, "
+                           "or leave it out",
                            options->body.name, vertices, making->capacity);
     return true;
 }

@@ -327,9 +327,10 @@ bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *
     // The uncut body must fit.
     faces->square_capacity = choose_capacity(faces, options->body.face_capacity);
     if (faces->square_capacity < faces->outer_squares)
-        return status_fail(status, STATUS_INVALID,
-                           "body %s has %d faces to start with, capacity.faces is %d", name,
-                           mesh->face_count, options->body.face_capacity);
+        return status_fail(
+            status, STATUS_INVALID,
+            "body %s has %d faces to start with, capacity.faces is %d: raise it, or leave it out",
+            name, mesh->face_count, options->body.face_capacity);
     // Arrays, then the uncut surface, from which all else is derived.
     create_state(faces, name, arena, state);
     create_surface(faces, name, without_contacts, arena);
