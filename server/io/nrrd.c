@@ -61,8 +61,12 @@ static const char *show(const char *text, char shown[41])
 static void copy_name(const char *from, char name[VOLUME_NAME])
 {
     size_t length = 0;
-    for (; *from != 0 && length < VOLUME_NAME - 1; from++)
-        name[length++] = (unsigned char)*from < 32 || *from == 127 || *from == '"' ? '?' : *from;
+    for (; *from != 0 && length < VOLUME_NAME - 1; from++) {
+        // U+0080 to U+009F are commands, too.
+        const bool second = length > 0 && (unsigned char)from[-1] == 0xc2;
+        const unsigned char c = (unsigned char)*from;
+        name[length++] = c < 32 || c == 127 || c == '"' || (second && c < 0xa0) ? '?' : *from;
+    }
     // Bytes 10xxxxxx go on with a character, of which no part is kept.
     if (((unsigned char)*from & 0xc0) == 0x80) {
         while (length > 0 && ((unsigned char)name[length - 1] & 0xc0) == 0x80)
@@ -596,6 +600,9 @@ static bool read_all(Header *header, Nrrd *nrrd, NrrdIoState *state, LabelVolume
     if (!read_text(header) || !parse(header, nrrd, state) ||
         !find_axes(header, nrrd, axis, volume, data) || !find_encoding(header, nrrd, state, data))
         return false;
+    // Where there is one image, all segments are of it; some writers do not say so.
+    for (int s = 0; s < volume->segment_count && volume->layers == 1; s++)
+        volume->segment[s].layer = 1;
     bool ok = has_directions(nrrd) ? place_directed(header, nrrd, axis, volume)
                                    : place_spaced(header, nrrd, axis, volume);
     return ok && find_data(header, volume, data);

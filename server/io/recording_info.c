@@ -560,7 +560,9 @@ static const char *plain(const char *text, char copy[NAME_TEXT])
     int length = 0;
     for (; text[length] != '\0' && length < NAME_TEXT - 1; length++) {
         const unsigned char c = (unsigned char)text[length];
-        copy[length] = (char)(c < ' ' || c == 127 ? '?' : c);
+        // Also in two bytes: U+0080 to U+009F command some terminals.
+        const bool second = length > 0 && (unsigned char)text[length - 1] == 0xc2;
+        copy[length] = (char)(c < ' ' || c == 127 || (second && c < 0xa0) ? '?' : c);
     }
     copy[length] = '\0';
     return copy;

@@ -259,6 +259,21 @@ TEST(segments_without_values_and_layers_have_one_each)
                         "'vein' is the name of label 1 of layer 2 and of label 1 of layer 3");
 }
 
+// Segments that state values, but no layer, are of the only image there is.
+TEST(segments_of_one_image_need_no_layer)
+{
+    SCOPED(volume_destroy) LabelVolume volume;
+    Status status = {0};
+    write_nrrd("type: uchar\ndimension: 3\nsizes: 2 2 3\nspace: LPS\n"
+               "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n"
+               "Segment0_Name:=liver\nSegment0_LabelValue:=1\n"
+               "Segment1_Name:=vein\nSegment1_LabelValue:=2\n");
+    expect_ok(volume_import_header(path, &volume, &status), status);
+    int layer = 0;
+    assert_int_equal(volume_find_name(&volume, "vein", &layer, &status), 2);
+    assert_int_equal(layer, 1);
+}
+
 TEST(long_names_end_with_a_whole_character)
 {
     SCOPED(volume_destroy) LabelVolume volume;
@@ -266,11 +281,13 @@ TEST(long_names_end_with_a_whole_character)
     char header[512];
     // 62 letters, then one of two bytes of which one would fit.
     snprintf(header, sizeof header,
-             PLAIN_LAYER "Segment0_Name:=%062d\xc3\xa4rm\nSegment1_Name:=a\tb\n", 0);
+             PLAIN_LAYER "Segment0_Name:=%062d\xc3\xa4rm\nSegment1_Name:=a\tb\xc2\x9b"
+                         "c\n",
+             0);
     write_nrrd(header);
     expect_ok(volume_import_header(path, &volume, &status), status);
     assert_int_equal(strlen(volume.segment[0].name), 62);
-    assert_string_equal(volume.segment[1].name, "a?b");
+    assert_string_equal(volume.segment[1].name, "a?b\xc2?c");
 }
 
 // --- parts ---
