@@ -70,9 +70,10 @@ static const ArgumentRow ROWS[] = {
      .help = "Start from a checkpoint; with --continue, only if the file of --checkpoint does not "
              "exist"},
     {"continue", 0, ARGUMENT_FLAG, NULL, AT(continues),
-     .help = "Continue the last run: start from the file of --checkpoint if it exists, and write "
-             "the log and the recording of this run to FILE-2, FILE-3, ... (before the extension) "
-             "if FILE exists"},
+     .help =
+         "Continue the last run: start from the file of --checkpoint if it exists, or from FILE.1, "
+         "the one before, if that cannot be used, and write the log and the recording of this "
+         "run to FILE-2, FILE-3, ... (before the extension) if FILE exists"},
     {"prepared", 0, ARGUMENT_TEXT, "FILE", AT(prepared),
      .help = "Read meshes and levels from FILE, made by pliant-prepare SCENE.cfg -o FILE, instead "
              "of building the scene's"},
