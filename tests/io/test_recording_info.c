@@ -134,13 +134,16 @@ static void expect_refusal(const char *path, const char *needle)
 
 TEST(names_of_a_file_do_not_command_the_terminal)
 {
-    static RecordingInfo info = {.created_by = "a\033]b", .tool_count = 1, .tool[0].name = "c\nd"};
+    static RecordingInfo info = {.created_by = "a\033]b\xc2\x9b"
+                                               "c",
+                                 .tool_count = 1,
+                                 .tool[0].name = "c\nd"};
     char *text = NULL;
     size_t size;
     FILE *out = open_memstream(&text, &size);
     recording_info_print(&info, out);
     fclose(out);
-    expect_in(text, "made by a?]b\n");
+    expect_in(text, "made by a?]b\xc2?c\n");
     expect_in(text, "tool c?d: 0 rows\n");
     free(text);
 }
