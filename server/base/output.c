@@ -313,13 +313,25 @@ static void destroy(Output *output)
     *output = (Output){.fd = -1};
 }
 
-// Locks by fcntl, because HDF5 uses flock and every reader of a checkpoint takes that lock. A file
-// system without locks, or a read-only file, reports another error; then the claim succeeds without
-// a lock.
+bool output_lock(int fd, int set, int get)
+{
+    // Some file systems without locks report EAGAIN, too: then nobody is found to hold one, and not
+    // because it was released just then, which the second try would take.
+    for (int tries = 0; tries < 2; tries++) {
+        struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET}, holder = lock;
+        if (fcntl(fd, set, &lock) == 0 || (errno != EAGAIN && errno != EACCES))
+            return true;
+        if (fcntl(fd, get, &holder) == 0 && holder.l_type != F_UNLCK)
+            return false;
+    }
+    return true;
+}
+
+// Locks by fcntl, because HDF5 uses flock and every reader of a checkpoint takes that lock. Without
+// locks, or of a read-only file, the claim succeeds without one.
 static bool lock_claimed(int fd)
 {
-    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
-    return fcntl(fd, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES);
+    return output_lock(fd, F_OFD_SETLK, F_OFD_GETLK);
 }
 
 // Moves the claim from the former file to the one that was just written.

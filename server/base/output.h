@@ -66,4 +66,8 @@ bool output_write(const Output *output, const void *data, size_t size);
 FILE *output_begin_text(Output *output, const char *path, const char *mark, Status *status);
 bool output_end_text(Output *output, FILE *text, bool whole, bool durable, Status *status);
 
+// Locks a whole file for writing by fcntl with these commands (F_SETLK and F_GETLK, or of OFD).
+// Returns false if another has locked it; true also where there are no locks.
+bool output_lock(int fd, int set, int get);
+
 #endif

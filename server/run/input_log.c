@@ -2,6 +2,7 @@
 #include "run/input_log.h"
 
 #include "base/check.h"
+#include "base/output.h"
 
 #include <lcm/lcm.h>
 
@@ -84,15 +85,13 @@ static bool refuse_locked(const char *path, int fd, Status *status)
 static int claim(const char *path, Status *status)
 {
     struct stat facts;
-    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     bool is_free = false;
     // Open without waiting for the reader of a pipe, and lock before looking at the size.
     int fd = open(path, O_WRONLY | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0666);
     if (fd < 0 || fstat(fd, &facts) != 0)
         status_fail(status, STATUS_FAILED, "%s: cannot write: %s", path,
                     fd < 0 && errno == ENXIO ? "nobody reads this pipe" : strerror(errno));
-    else if (S_ISREG(facts.st_mode) && fcntl(fd, F_SETLK, &lock) != 0 &&
-             (errno == EACCES || errno == EAGAIN))
+    else if (S_ISREG(facts.st_mode) && !output_lock(fd, F_SETLK, F_GETLK))
         refuse_locked(path, fd, status);
     else if (S_ISREG(facts.st_mode) && fstat(fd, &facts) == 0 && facts.st_size > 0)
         status_fail(status, STATUS_INVALID,

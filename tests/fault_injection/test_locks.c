@@ -19,6 +19,10 @@ TEST(without_locks_a_run_is_recorded_and_read)
     SCOPED(view_free) BodyView view;
     view_read(&view, path, "sphere");
     expect_at_least(view.frames, 10); // of 0.1 s at 100 Hz
+    // A checkpoint is claimed, and replaced by the next run.
+    process_run_well(&pliantd, NULL, "LD_PRELOAD=%s --offline 0.1 --continue --checkpoint %s %s",
+                     preload, scratch("unlocked.chk"),
+                     write_scene("locks.cfg", "publish = { nodes_hz = 100.0; };", ""));
     Process reader;
     process_run_well(&reader, program_path("pliant-record"), "LD_PRELOAD=%s --info %s", preload,
                      path);
