@@ -347,10 +347,12 @@ static bool run(Cut *cut, PliantError *error)
     const double patience = options->timeout_s * options->tries;
     pliant_patience(cut->client, options->timeout_s, options->tries);
     // All of it is for the server that runs now.
-    if (!pliant_hear_bodies(cut->client, false) ||
-        (options->stroke && !pliant_wait_server(cut->client, patience)) ||
-        !pliant_bind(cut->client, patience))
+    if (!pliant_hear_bodies(cut->client, false))
         return program_fail(error, "%s", pliant_error(cut->client));
+    if ((options->stroke &&
+         !program_await_server(cut->client, pliant_wait_server, patience, error)) ||
+        !program_await_server(cut->client, pliant_bind, patience, error))
+        return false;
     return options->stroke ? move_tool(cut, error) : send_cuts(cut, error);
 }
 

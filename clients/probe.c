@@ -664,16 +664,24 @@ static bool feel(Probe *probe, PliantError *error)
     return ok;
 }
 
+static bool describe(PliantClient *client, double seconds)
+{
+    (void)seconds; // as often as any request
+    return pliant_describe(client) != NULL;
+}
+
 static bool run(Probe *probe, PliantError *error)
 {
     const char *log = probe->options.log;
     // Refuse files before the tool moves.
     if (log && !program_may_write(log, LOG_MARK, error))
         return false;
-    if (!pliant_hear_bodies(probe->client, false) ||
-        (!probe->options.aim && // --auto waits for an answer itself
-         !pliant_wait_server(probe->client, probe->options.timeout_s)))
+    if (!pliant_hear_bodies(probe->client, false))
         return program_fail(error, "%s", pliant_error(probe->client));
+    // --auto asks; a server that publishes no status answers, too.
+    if (!program_await_server(probe->client, probe->options.aim ? describe : pliant_wait_server,
+                              probe->options.timeout_s, error))
+        return false;
     // Find the place, then touch the body and move.
     if (!prepare_path(probe, error) || !open_log(probe, error))
         return false;

@@ -43,6 +43,12 @@ bool program_stops(void (*end)(void *client), void *client);
 // Waits until there is a network for the URL (NULL: as PliantOptions), which may come later; says
 // so once. Returns false with `error` for a bad URL, or if such a signal comes.
 bool program_await_network(const char *url, PliantError *error);
+// Waits by `wait`, pliant_wait_server or the like, for a server: for `patience_s`, but as long as
+// it takes, said once, if that is what the programs have where no time was given: it may be
+// preparing.
+static const double PROGRAM_PATIENCE_S = 3.0;
+bool program_await_server(PliantClient *client, bool (*wait)(PliantClient *client, double seconds),
+                          double patience_s, PliantError *error);
 // Connects a client that such a signal stops, and closes it; waits for a network.
 PliantClient *program_open(const PliantOptions *options, PliantError *error);
 void program_close(PliantClient *client); // NULL is allowed

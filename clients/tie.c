@@ -150,9 +150,14 @@ int main(int argc, char **argv)
     program_catch_signals();
     PliantError error;
     PliantClient *client = program_open(&options.client, &error);
+    const double patience = options.timeout_s * options.tries;
     if (client)
         pliant_patience(client, options.timeout_s, options.tries);
-    const bool ok = client && send_tie(client, &options, &error);
+    // One that was given is for the request itself.
+    const bool ok = client &&
+                    (patience != PROGRAM_PATIENCE_S ||
+                     program_await_server(client, pliant_bind, patience, &error)) &&
+                    send_tie(client, &options, &error);
     if (!ok)
         program_print_error("pliant-tie", &error);
     program_close(client);

@@ -355,6 +355,10 @@ bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int
         return client_fail(&kit->error, "a signal ended the wait for %s", what);
     if (client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
         return false;
+    const char *state = kit->statuses > 0 ? kit->status.state : "running";
+    if (strcmp(state, "running") != 0)
+        return client_fail(&kit->error, "no %s within %g s: the server is %s (RESUME, or STEP)",
+                           what, seconds, strcmp(state, "lockstep") == 0 ? "in lockstep" : state);
     return client_fail(&kit->error, "no %s on %s_* within %g s: no such one, or no pliantd on %s",
                        what, kit->client.prefix, seconds, kit->client.url);
 }

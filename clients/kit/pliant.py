@@ -3,7 +3,7 @@
 
 SI units, world frame; what each value means is in pliant/client.h. A client is used by one thread at
 a time. Arrays are read-only views of the library's memory, of numpy where it is installed, else
-memoryviews; they stay valid as long as they are referenced. Failures raise pliant.Error.
+memoryviews, or rows of them; they stay valid as long as they are referenced. Failures raise pliant.Error.
 """
 import collections
 import ctypes
@@ -261,10 +261,38 @@ class Body:
             view.flags.writeable = False
             view = view if columns == 1 else view.reshape(rows, columns)
         else:
-            view = memoryview(memory).cast("B").cast(code, [rows] if columns == 1 or not rows else [rows, columns])
-            view = view.toreadonly()
+            view = memoryview(memory).cast("B").cast(code).toreadonly()
+            view = view if columns == 1 or not rows else _Rows(view, rows, columns)
         setattr(self, name, view)
         return view
+
+
+class _Rows:
+    """Rows of numbers where there is no numpy: [i] is a memoryview of a row, [i, j] a number."""
+
+    def __init__(self, flat, rows, columns):
+        self._flat, self._columns = flat, columns
+        self._all = flat.cast("B").cast(flat.format, [rows, columns])
+
+    def __len__(self):
+        return len(self._all)
+
+    def __getitem__(self, at):
+        if isinstance(at, tuple):
+            return self._all[at]
+        if isinstance(at, slice):
+            return [self[i] for i in range(*at.indices(len(self)))]
+        first = range(len(self))[at] * self._columns
+        return self._flat[first : first + self._columns]
+
+    def __eq__(self, other):
+        return self._all == getattr(other, "_all", other)
+
+    def __bytes__(self):
+        return bytes(self._all)
+
+    def __getattr__(self, name):  # shape, tolist, nbytes, ... as of a memoryview
+        return getattr(self._all, name)
 
 
 class Haptic:

@@ -119,6 +119,32 @@ TEST(a_server_that_waits_for_a_network_ends_by_a_signal)
     run("ip route add 224.0.0.0/4 dev lo");
 }
 
+// As long as it takes a server to prepare its scene; each then gets its answer.
+TEST(programs_wait_for_a_server_that_is_not_there_yet)
+{
+    static const struct {
+        const char *program, *arguments, *answer;
+        int code;
+    } rows[] = {
+        {"pliant-probe", "--auto --hold 0.1", "round trip", 0},
+        {"pliant-probe", "--press 0,0,0.055 --hold 0.1", "round trip", 0},
+        {"pliant-cut", "--plane 0,0,0,0,0,1", "nothing was cut", 1},
+        {"pliant-tie", "--make pin --at 0,0,0.05", "max_ties", 1},
+    };
+    enum { ROWS = sizeof rows / sizeof *rows };
+    static Process process[ROWS];
+    for (int k = 0; k < ROWS; k++) {
+        process_start(&process[k], program_path(rows[k].program), "%s", rows[k].arguments);
+        wait_for_line(&process[k], "waiting for a server: no ");
+    }
+    daemon_start(&pliantd, "%s", write_scene("prepared.cfg", SCENE, PROBE_TOOL));
+    for (int k = 0; k < ROWS; k++) {
+        process_wait_for(&process[k], rows[k].code);
+        expect_ended(&process[k], rows[k].code, rows[k].answer);
+    }
+    process_end(&pliantd);
+}
+
 // Packets that came to a device, as its other end counts what was sent.
 static long long received_by(const char *device)
 {

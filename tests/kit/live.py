@@ -32,6 +32,8 @@ assert client.body("ball") is None and client.contact(1) is None
 first = client.wait_body("ball", 60.0)
 assert client.bodies == ["ball"] and first.name == "ball" and first.node_count == 162
 assert len(first.position) == 162 and len(rows(first.position)[0]) == 3
+assert [list(row) for row in first.position] == [list(row) for row in rows(first.position)]
+assert list(first.position[-1]) == [first.position[161, k] for k in range(3)] and len(first.position[:2]) == 2
 assert all(0 <= corner < 162 for triangle in rows(first.triangle) for corner in triangle)
 assert rows(first.id) == rows(first.origin) and set(rows(first.piece)) == {0} and set(rows(first.level)) == {0}
 try:
@@ -73,6 +75,7 @@ assert [(server.prefix, server.rate_hz) for server in pliant.servers()] == [("PL
 assert "body ball" in client.describe()
 reply = client.command(pliant.STEP, 10)
 assert client.command(pliant.STEP, 5).step == reply.step + 5
+fails("the server is in lockstep", client.wait_body, "ball", 1.0)
 fails("the daemon refuses", client.command, pliant.SET, argument="gravity=up")
 client.load((0.0, 0.05, 0.0), 0.02, (0.0, 0.01, 0.0), 0.1, body="ball")
 fails("max_ties", client.tie, pliant.PIN, center=(0.0, 0.05, 0.0), radius=0.02)
