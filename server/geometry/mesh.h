@@ -83,8 +83,8 @@ typedef struct MeshFault {
 
 // True if a mesh is fit for simulation: at least one triangle, finite positions, indices in range,
 // no triangle with a repeated node or without area, every node used, every edge in at most two
-// triangles with opposite directions and another third node, every node with a single fan of triangles. Otherwise false
-// with `fault`.
+// triangles with opposite directions and another third node, every node with a single fan of
+// triangles. Otherwise false with `fault`.
 bool mesh_check(const TriMesh *mesh, MeshFault *fault);
 
 // --- mesh_quality.c ---

@@ -23,6 +23,7 @@ struct InputLogWriter {
     lcm_eventlog_t *log;
     char *path;
     InputLogHeader header;
+    bool named;    // the file had a name
     off_t bytes;   // written, or waiting to be
     char why[100]; // of the first failure; "": none
 };
@@ -41,7 +42,8 @@ static void check_place(InputLogWriter *writer)
     struct stat facts;
     if (fstat(fileno(writer->log->f), &facts) != 0 || !S_ISREG(facts.st_mode))
         return;
-    if (facts.st_nlink == 0)
+    writer->named |= facts.st_nlink > 0; // not all file systems count names
+    if (writer->named && facts.st_nlink == 0)
         note_failure(writer, "the file was removed");
     else if (facts.st_size != writer->bytes)
         note_failure(writer, facts.st_size < writer->bytes ? "the file was truncated"

@@ -81,7 +81,8 @@ static void draw_command(Feed *feed, Input *input)
                                 PLIANT_COMMAND_T_RESUME, PLIANT_COMMAND_T_SET};
     uint8_t kind = feed_byte(feed);
     input->command.kind = kind < 250 ? kinds[kind % 5] : kind;
-    input->command.value = (int64_t)feed_number(feed, 100.0) % 1000000;
+    const double value = feed_number(feed, 100.0);
+    input->command.value = fabs(value) < 1e18 ? (int64_t)value % 1000000 : 0;
     if (feed_byte(feed) < 200) {
         draw_text(feed, arguments, (int)(sizeof arguments / sizeof *arguments), input->text);
         return;
