@@ -14,7 +14,7 @@
 
 enum {
     NEAR_MOST = 8, // nodes near a node that are looked at; with more it is left alone
-    CROWD = 64,    // of one cell of the search
+    CROWD = 128,   // of one cell of the search
     ROUNDS = 8,    // tries to join without a third face at an edge
 };
 
@@ -97,15 +97,15 @@ static void find_reach(Seams *seams, double tolerance)
     }
     for (int i = 0; i < seams->node_count; i++)
         most = fmax(most, seams->reach[seams->node[i]]);
-    seams->cell = most;
+    seams->cell = 2.0 * most;
 }
 
 // --- nodes that are near ---
 
-static uint64_t cell_of(const Seams *seams, Vec3 x, const int step[3])
+static uint64_t cell_of(const Seams *seams, Vec3 x)
 {
     const Vec3 d = vec3_scale(1.0 / seams->cell, vec3_sub(x, seams->low));
-    const double at[3] = {floor(d.x) + step[0], floor(d.y) + step[1], floor(d.z) + step[2]};
+    const double at[3] = {floor(d.x), floor(d.y), floor(d.z)};
     uint64_t hash = 0;
     for (int k = 0; k < 3; k++) {
         // Cells beyond 2^62 are taken as one, whose crowd is left alone.
@@ -138,14 +138,33 @@ static int first_place(const Seams *seams, uint64_t cell)
     return low;
 }
 
+// Finds the cells around a node, of which a corner of the box within its reach is in each.
+static int find_cells(const Seams *seams, int node, uint64_t cell[8])
+{
+    const double reach = seams->reach[node] * (1.0 + 1e-9); // nodes at its very end, rounded
+    int count = 0;
+    for (int k = 0; k < 8; k++) {
+        const Vec3 corner = {k & 1 ? reach : -reach, k & 2 ? reach : -reach,
+                             k & 4 ? reach : -reach};
+        const uint64_t next = cell_of(seams, vec3_add(seams->mesh->position[node], corner));
+        int same = 0;
+        while (same < count && cell[same] != next)
+            same++;
+        cell[same] = next;
+        count += same == count;
+    }
+    return count;
+}
+
 // Lists the nodes near one; none where it is crowded, so that hostile meshes take no longer.
 static void find_near(Seams *seams, int node)
 {
+    uint64_t cells[8];
+    const int cell_count = find_cells(seams, node, cells);
     int count = 0;
     seams->near_count[node] = 0;
-    for (int k = 0; k < 27; k++) {
-        const int step[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
-        const uint64_t cell = cell_of(seams, seams->mesh->position[node], step);
+    for (int k = 0; k < cell_count; k++) {
+        const uint64_t cell = cells[k];
         const int first = first_place(seams, cell);
         for (int i = first; i < seams->node_count && seams->place[i].cell == cell; i++) {
             const int other = seams->place[i].node;
@@ -166,8 +185,7 @@ static void find_all_near(Seams *seams, double tolerance)
     find_reach(seams, tolerance);
     for (int i = 0; i < seams->node_count; i++) {
         const int node = seams->node[i];
-        seams->place[i] =
-            (Place){cell_of(seams, seams->mesh->position[node], (const int[3]){0, 0, 0}), node};
+        seams->place[i] = (Place){cell_of(seams, seams->mesh->position[node]), node};
     }
     if (!(seams->cell > 0.0))
         return;
