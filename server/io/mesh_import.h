@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Reads mesh files to TriMesh: OBJ, OFF, STL, PLY, VTK, VTP, VTU and MSH, recognised by content, and
-// TetGen's pairs, by name.
+// Reads mesh files to TriMesh: OBJ, OFF, STL, PLY, VTK, VTP, VTU and MSH, recognised by content,
+// and TetGen's pairs, by name.
 #ifndef PLIANT_IO_MESH_IMPORT_H
 #define PLIANT_IO_MESH_IMPORT_H
 
