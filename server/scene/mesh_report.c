@@ -187,17 +187,6 @@ static void print_unit(const TriMesh *mesh, double scale, const Units *guess, FI
                 guess->doubt ? "in doubt " : "", guess->reason);
 }
 
-// Edges of length L give A / (sqrt(3)/2 L^2) nodes on an area A.
-static void print_even(const MeshQuality *quality, double scale, FILE *out)
-{
-    enum { NODES = 1000 }; // a wall of 25 cm can be stepped in real time with this many
-    const double length = sqrt(quality->area / (0.5 * sqrt(3.0) * NODES));
-    fprintf(out,
-            "  remeshed evenly: edges of %.3g units of the file would make %d nodes of it "
-            "(./dev remesh)\n",
-            length / scale, NODES);
-}
-
 static void print_usable(const char *path, const Proposals *all, FILE *out)
 {
     fprintf(out, "%s: %s\n", path, proposal_best(all, NULL) >= 0 ? "usable" : "not usable");
@@ -239,7 +228,8 @@ static bool print_mesh(const char *path, double scale, LabelChoice choice, const
     print_components(&quality, out);
     print_crossings(mesh, out);
     print_shape(mesh, &quality, out);
-    print_even(&quality, scale, out);
+    fprintf(out, "  remeshed evenly: edges of %.3g units of the file would make %d nodes of it\n",
+            found->even / scale, PROPOSAL_NODES);
     mesh_quality_destroy(&quality);
     return print_time_step(mesh, out, status) && print_verdict(path, found, out, status);
 }

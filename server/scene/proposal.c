@@ -347,6 +347,7 @@ static void refuse_wall(const Proposals *all, const Built *built, Verdict *verdi
 {
     char edge[UNITS_LENGTH];
     units_length(all->shortest, edge);
+    verdict->remesh = true;
     if (built == NULL)
         say(verdict, false, "edges of %s need more than 100000 substeps a tick", edge);
     else if (has_many_substeps(built))
@@ -371,6 +372,7 @@ static void judge_implicit(const Proposals *all, const Built *explicit, const St
         say(verdict, false, "%s", explicit == NULL ? said->text : ignored.text);
     } else if (can && built.tick_s <= COST_BUDGET && built.contact_share >= LEAST_SHARE) {
         make_cuttable(&verdict->proposal, &built);
+        verdict->remesh = true;
         say(verdict, true,
             "with integrator = \"implicit\": about %.2g ms a tick, its contacts with %.2g %% of "
             "their stiffness%s",
@@ -563,6 +565,8 @@ static bool look_at_mesh(Proposals *all, Status *status)
         for (int i = 0; i < quality.component_count; i++)
             all->loose += quality.component[i].triangle_count == 1;
         all->shortest = quality.edge_min;
+        // Edges of length L give A / (sqrt(3)/2 L^2) nodes on an area A.
+        all->even = sqrt(quality.area / (0.5 * sqrt(3.0) * PROPOSAL_NODES));
         all->volume = quality.border_loops == 0 ? quality.volume : 0.0;
         all->subject.box = quality.box;
         mesh_quality_destroy(&quality);
@@ -683,9 +687,32 @@ const char *proposal_way_name(ProposalWay way)
     return names[way];
 }
 
+// Says what to type for a mesh with edges that suit a wall, and why.
+static void print_remeshing(const Proposals *all, FILE *out)
+{
+    const double length = all->even / all->subject.scale;
+    fprintf(
+        out,
+        "    a better wall: its shortest edge decides how often a tick must compute, its number "
+        "of nodes how long that\n    takes. Edges of one length, %.3g units of the file, make "
+        "%d nodes, which a tick has time for:\n",
+        length, PROPOSAL_NODES);
+    // Of a closed mesh this program makes them itself.
+    if (all->volume > 0.0)
+        fprintf(out, "      pliant-prepare --even '%s' -o NEW.off\n", all->subject.path);
+    else
+        fprintf(out,
+                "      ./dev remesh '%s' NEW.ply %.3g (where Pliant was built)\n"
+                "    or in MeshLab: Isotropic Explicit Remeshing with this target length; then "
+                "--check the new file\n",
+                all->subject.path, length);
+}
+
 void proposal_print(const Proposals *all, FILE *out)
 {
     fprintf(out, "  as a wall: %s\n", all->verdict[WAY_WALL].text);
+    if (all->verdict[WAY_WALL].remesh)
+        print_remeshing(all, out);
     if (all->verdict[WAY_FILLED].usable || all->hollow[0] != '\0')
         fprintf(out, "  as a wall full of a fluid: %s\n", all->verdict[WAY_FILLED].text);
     fprintf(out, "  as a solid: %s\n", all->verdict[WAY_SOLID].text);

@@ -11,7 +11,8 @@
 
 #include <stdio.h>
 
-enum { PROPOSAL_PIECES = 64 };
+// A wall of 25 cm can be stepped in real time with so many nodes.
+enum { PROPOSAL_PIECES = 64, PROPOSAL_NODES = 1000 };
 
 // What can be made of a file: a wall, a wall full of a fluid, or a solid.
 typedef enum ProposalWay { WAY_WALL, WAY_FILLED, WAY_SOLID, PROPOSAL_WAYS } ProposalWay;
@@ -39,6 +40,7 @@ typedef struct Proposal {
 // What pliantd would make of the proposal.
 typedef struct Verdict {
     bool usable;
+    bool remesh; // of a wall: even triangles would make it one, or a faster one
     Proposal proposal;
     char text[640]; // "yes, 3 substeps a tick, about 0.05 ms"
     bool cavity;    // of a solid: holes are at least a quarter of it
@@ -56,6 +58,7 @@ typedef struct Proposals {
     int components;       // of a mesh: surfaces that share no edge
     int triangles, loose; // of a mesh, and those that share no edge with another
     double shortest;      // of a mesh: edge [m]
+    double even;          // of a mesh: edges that make PROPOSAL_NODES of it [m]
     double volume;        // enclosed by a mesh, or of the label [m3]; 0: it has borders
     LabelVolume frame;    // of a volume, scaled, without its voxels; owned
     VolumeLabels labels;  // in it; owned
