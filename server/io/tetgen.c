@@ -4,7 +4,6 @@
 // leads to the other. Allocates nothing that a file only announces.
 #include "io/mesh_formats.h"
 
-#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -5,7 +5,6 @@
 // Strips, Polys and Cells of every Piece, and the frame that 3D Slicer writes; skips all else.
 #include "io/xml_array.h"
 
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 

@@ -290,7 +290,8 @@ static inline void write_msh_number(FILE *out, int64_t number, int size, MeshFor
         fprintf(out, "%lld ", (long long)number);
     else // version 4 in the other order of bytes
         for (int i = 0; i < size; i++)
-            fputc((int)(number >> 8 * (format == WRITE_MSH_4_BINARY ? size - 1 - i : i) & 255), out);
+            fputc((int)(number >> 8 * (format == WRITE_MSH_4_BINARY ? size - 1 - i : i) & 255),
+                  out);
 }
 
 static inline void write_msh_position(FILE *out, Vec3 x, MeshFormat format)

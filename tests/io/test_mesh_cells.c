@@ -233,6 +233,9 @@ TEST(faults_of_gmshs_files_name_their_line)
         {MSH("2.2", "$Elements\n1\n1 2 x\n"), ":6: a word where a number stands"},
         {MSH("2.2", "$Periodic\n1\n"), ":5: a part without its end"},
         {MSH("2.2", "Nodes\n1\n"), ":4: a part, $Nodes or another, expected"},
+        {MSH("2.2", "$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n$Elements\n1\n1 2 0 1 2 3\n"
+                    "$EndElements\n$Nodes\n1\n"),
+         ":15: $Nodes behind $Elements"},
         {MSH("2.2", "$Nodes\n0\n$EndNodes\n"),
          ": no faces and no solid cells, of which a mesh is made"},
     };
