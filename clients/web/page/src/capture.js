@@ -59,9 +59,9 @@ export class Capture {
     /** The picture as it is now, with the scene, the date and a bar of a round length at the scene's middle. */
     picture() {
         const { stage } = this, { canvas } = stage;
+        stage.render(true); // what was drawn is only there in the same task; and it changes the size
         const copy = Object.assign(document.createElement('canvas'), { width: canvas.width, height: canvas.height });
         const context = copy.getContext('2d');
-        stage.draw(); // what was drawn is only there in the same task
         context.drawImage(canvas, 0, 0);
         const ratio = canvas.width / canvas.clientWidth;
         context.setTransform(ratio, 0, 0, ratio, 0, 0);

@@ -38,7 +38,7 @@ export class Panel {
         element('home').addEventListener('click', () => this.on.home());
         element('panel-button').addEventListener('click', () => this.fold());
         document.addEventListener('keydown', (event) => this.key(event));
-        this.fold(innerWidth >= 820);
+        this.fold(innerWidth >= 820 && innerHeight >= 480);
         this.takeLevels(0);
     }
 
