@@ -78,7 +78,7 @@ typedef struct MeshFault {
     int node;     // or -1
     int triangle; // or -1
     // "edge between nodes 3 and 7 belongs to 3 triangles, more than two": nodes by their file_index
-    char text[160];
+    char text[200];
 } MeshFault;
 
 // True if a mesh is fit for simulation: at least one triangle, finite positions, indices in range,

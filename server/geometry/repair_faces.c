@@ -287,8 +287,9 @@ static bool cut_polygon(Repair *repair, int polygon, Outline *outline)
         repair->fault->triangle = polygon;
         snprintf(repair->fault->text, sizeof repair->fault->text,
                  outline->count > POLYGON_CORNERS
-                     ? "face %d has %d corners and is not convex, more than can be cut up"
-                     : "face %d has %d corners and crosses itself",
+                     ? "face %d has %d corners and is not convex, more than can be cut up; export "
+                       "triangles"
+                     : "face %d has %d corners and crosses itself; export triangles",
                  polygon, outline->count);
         return false;
     }

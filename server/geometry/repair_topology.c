@@ -262,7 +262,8 @@ static bool walk_component(Repair *repair, Walk *walk, int start)
             } else if (walk->opposite[other] != opposite) {
                 return repair_fail(repair, half_edge_from(mesh, h), other,
                                    "surface has one side only, like a Moebius strip: faces %d and "
-                                   "%d cannot agree on the edge between nodes %d and %d",
+                                   "%d cannot agree on the edge between nodes %d and %d; MeshLab's "
+                                   "Uniform Mesh Resampling makes a new one",
                                    repair->polygon[h / 3], repair->polygon[other],
                                    half_edge_from(mesh, h), half_edge_to(mesh, h));
             }

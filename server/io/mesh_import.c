@@ -153,6 +153,7 @@ static bool refuse_binary(const FileBytes *file, size_t triangles, Status *statu
 
 // Other formats that people have, by their first bytes, and what to do with them.
 #define BY_ASSIMP    "convert it with assimp export FILE NEW.stl (Debian: assimp-utils)"
+#define BY_SLICER    "labels are read as NRRD, which 3D Slicer saves"
 #define BY_GMSH      "mesh its surface with gmsh FILE -2 -o NEW.stl"
 #define BY_GMSH_SAVE "convert its triangles with gmsh FILE -save -o NEW.stl"
 static const struct {
@@ -190,6 +191,8 @@ static const struct {
     {"<", "html", "a page of the web, not the file that it leads to", "download that"},
     {"{", "\"asset\"", "glTF", BY_ASSIMP},
     {"*", "*NODE", "Abaqus", BY_GMSH_SAVE},
+    {"O", "ObjectType = Image", "a volume (MetaImage)", BY_SLICER},
+    {"N", "NDims = ", "a volume (MetaImage)", BY_SLICER},
 };
 
 // True with the status set if the file is of a format that is known and not read.

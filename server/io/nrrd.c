@@ -455,8 +455,10 @@ static bool place_spaced(const Header *header, const Nrrd *nrrd, const int axis[
         step[a] = info->spacing * metres;
         if (!isfinite(step[a]))
             return status_fail(header->status, STATUS_INVALID,
-                               "%s: says nothing of the spacing along axis %d", header->file->path,
-                               axis[a]);
+                               "%s: says nothing of the spacing along axis %d; add spacings or "
+                               "space directions to its "
+                               "header",
+                               header->file->path, axis[a]);
     }
     volume->axis[0] = vec3(step[0], 0.0, 0.0);
     volume->axis[1] = vec3(0.0, step[1], 0.0);

@@ -128,7 +128,7 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
         return volume_read_nifti(file, volume, data, status);
     return status_fail(status, STATUS_INVALID,
                        "%s: is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name "
-                       "the .hdr)",
+                       "the .hdr); 3D Slicer saves others as NRRD",
                        file->path);
 }
 

@@ -214,7 +214,7 @@ TEST(a_polygon_that_crosses_itself_is_refused)
     add_nodes(&draft, CUBE, 8);
     FACE(&draft, 4, 5, 6, 7);
     FACE(&draft, 0, 2, 1, 3);
-    expect_refusal(&draft, 1, "face 1 has 4 corners and crosses itself");
+    expect_refusal(&draft, 1, "face 1 has 4 corners and crosses itself; export triangles");
 }
 
 // --- faces without area ---

@@ -608,6 +608,8 @@ TEST(other_formats_are_refused_by_name_with_a_cure)
         {0, 0, "NRRD0004\ntype: uint8\n", "label volume (NRRD)", "voxels = { file"},
         {128, 8, "DICM\2\0\0\0", "DICOM", "segment it"},
         {344, 4, "n+1", "NIfTI", "voxels = { file"},
+        {0, 0, "ObjectType = Image\nNDims = 3\n", "MetaImage", "3D Slicer"},
+        {0, 0, "NDims = 3\nDimSize = 2 2 2\n", "MetaImage", "3D Slicer"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         // Text behind, as if the file went on; what is told must not need it.

@@ -17,7 +17,7 @@ TEST(what_is_no_volume_is_refused)
 {
     char name[SCRATCH_PATH];
     static const char *const neither = ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr "
-                                       "and .img, name the .hdr)";
+                                       "and .img, name the .hdr); 3D Slicer saves others as NRRD";
     expect_error_of("/nowhere/organ.nrrd", ": No such file or directory");
     expect_error_of(scratch_space.folder, ": is a folder, not a volume file");
     scratch_write(&scratch_space, "organ", "", 0);

@@ -73,7 +73,7 @@ TEST(nifti_pairs_are_read_by_their_header)
     write_voxels("pair.img", "", false, "");
     expect_error_of(scratch_path(&scratch_space, "pair.img", name),
                     ": is neither an NRRD nor a NIfTI-1 file (of a pair .hdr and .img, name the "
-                    ".hdr)");
+                    ".hdr); 3D Slicer saves others as NRRD");
     write_nifti(&fields, &TYPES[1], false, false);
     expect_error(": is the header of a NIfTI-1 pair, but its name does not end in .hdr, so that of "
                  "its voxels is not known");

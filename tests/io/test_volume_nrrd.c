@@ -252,8 +252,10 @@ TEST(nrrd_defects_are_told_in_a_sentence)
         {PLAIN "what is this\n", ":6: 'what is this' is no field of an NRRD header"},
         {PLAIN "colour: red\n", ":6: 'colour' is no field of an NRRD header"},
         {PLAIN "type: uchar\n", ":6: a second field 'type'"},
-        {PLAIN, ": says nothing of the spacing along axis 0"},
-        {PLAIN "spacings: 1 nan 1\n", ": says nothing of the spacing along axis 1"},
+        {PLAIN, ": says nothing of the spacing along axis 0; add spacings or space directions to "
+                "its header"},
+        {PLAIN "spacings: 1 nan 1\n", ": says nothing of the spacing along axis 1; add spacings or "
+                                      "space directions to its header"},
         {PLAIN "spacings: 1 1e-20 1\n",
          ": the spacing along axis 1 is 1e-23 m, outside [1e-12, 1e+12]"},
         {PLAIN "spacings: 1 1 1\nunits: \"mm\" \"mm\" \"mile\"\n",
