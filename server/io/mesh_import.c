@@ -175,6 +175,7 @@ static const struct {
     {0, "\x1f\x8b", "compressed by gzip", "unpack it with gunzip FILE"},
     {0, "NRRD000", "a label volume (NRRD)", "it is for voxels = { file = ...; }"},
     {344, "n+1", "a volume (NIfTI)", "it is for voxels = { file = ...; }"},
+    {4, "n+2", "a volume (NIfTI)", "it is for voxels = { file = ...; }"},
     {128, "DICM", "a DICOM image", "segment it, in 3D Slicer for one"},
     {0, "\x89HDF", "HDF5", "a prepared file is for prepared = ...;"},
     {0, "version https://git-lfs", "a pointer of Git LFS to a file", "fetch it with git lfs pull"},

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 // NIfTI-1 headers (https://nifti.nimh.nih.gov/nifti-1): one file (.nii, packed or not) or a pair
-// (.hdr and .img). Niftilib turns header bytes into transforms. It prints to stderr and leaks
-// memory on headers that it refuses, so this file refuses them first; it also requires file names
-// by its own rules, so it gets none.
+// (.hdr and .img); those of NIfTI-2, whose members are wider, become NIfTI-1's. Niftilib turns
+// header bytes into transforms. It prints to stderr and leaks memory on headers that it refuses, so
+// this file refuses them first; it also requires file names by its own rules, so it gets none.
 #include "io/volume_data.h"
 
 #include "base/check.h"
 #include "on_demand/nifti.h"
 
+#include <limits.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +21,7 @@ _Static_assert(sizeof(nifti_1_header) == HEADER_SIZE, "the header is read as it 
 typedef struct Nifti {
     const VolumeFile *file;
     nifti_1_header header; // in this machine's byte order
+    int size;              // of the header in the file [bytes]
     bool swapped;          // the file has the other byte order
     bool paired;           // voxels are in a separate file
     Status *status;
@@ -45,8 +49,69 @@ bool volume_is_nifti(const unsigned char *head, int size)
 {
     bool swapped;
     if (size >= 4 && header_size(head, &swapped) == NIFTI2_SIZE)
-        return true; // refused later, by its name
+        return true;
     return size >= HEADER_SIZE && has_magic(head);
+}
+
+// Returns an integer or a real number of a NIfTI-2 header.
+static int64_t wide_integer(const Nifti *nifti, const unsigned char *at, int size)
+{
+    const bool big = nifti->swapped != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__);
+    uint64_t bits = 0;
+    for (int i = 0; i < size; i++)
+        bits = bits << 8 | at[big ? i : size - 1 - i];
+    return size == 8 ? (int64_t)bits : size == 4 ? (int32_t)bits : (int16_t)bits;
+}
+
+static float wide_real(const Nifti *nifti, const unsigned char *at)
+{
+    const int64_t bits = wide_integer(nifti, at, 8);
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return (float)number;
+}
+
+static void wide_reals(const Nifti *nifti, const unsigned char *at, float *to, int count)
+{
+    for (int i = 0; i < count; i++)
+        to[i] = wide_real(nifti, at + 8 * i);
+}
+
+// Converts the header of NIfTI-2 (https://nifti.nimh.nih.gov/nifti-2), as far as volumes need it.
+// Its counts are limited before, its reals lose digits that no label needs.
+static bool read_nifti2(Nifti *nifti)
+{
+    unsigned char head[NIFTI2_SIZE];
+    nifti_1_header *to = &nifti->header;
+    if (volume_file_head(nifti->file, head, NIFTI2_SIZE) < NIFTI2_SIZE)
+        return fail(nifti, "ends within its NIfTI-2 header: copy or export it again");
+    nifti->paired = memcmp(head + 4, "ni2", 4) == 0;
+    if (!nifti->paired && memcmp(head + 4, "n+2", 4) != 0)
+        return fail(nifti, "begins as a NIfTI-2 file, but its mark is neither n+2 nor ni2");
+    for (int d = 0; d < 8; d++) {
+        const int64_t count = wide_integer(nifti, head + 16 + 8 * d, 8);
+        if (count > SHRT_MAX)
+            return fail(nifti, "has more than 32767 voxels along an axis");
+        to->dim[d] = (short)(count < 0 ? -1 : count);
+    }
+    // The offsets are the standard's.
+    to->sizeof_hdr = HEADER_SIZE;
+    memcpy(to->magic, nifti->paired ? "ni1" : "n+1", 4);
+    to->datatype = (short)wide_integer(nifti, head + 12, 2);
+    to->bitpix = (short)wide_integer(nifti, head + 14, 2);
+    to->vox_offset = (float)wide_integer(nifti, head + 168, 8);
+    to->qform_code = (short)wide_integer(nifti, head + 344, 4);
+    to->sform_code = (short)wide_integer(nifti, head + 348, 4);
+    wide_reals(nifti, head + 104, to->pixdim, 8);
+    wide_reals(nifti, head + 176, &to->scl_slope, 1);
+    wide_reals(nifti, head + 184, &to->scl_inter, 1);
+    // From quatern_b to the end of srow_z both headers have the same members.
+    for (int i = 0; i < 18; i++) {
+        const float real = wide_real(nifti, head + 352 + 8 * i);
+        memcpy((char *)to + offsetof(nifti_1_header, quatern_b) + 4 * i, &real, sizeof real);
+    }
+    to->xyzt_units = (char)wide_integer(nifti, head + 500, 4);
+    return true;
 }
 
 static bool read_bytes(Nifti *nifti)
@@ -56,8 +121,9 @@ static bool read_bytes(Nifti *nifti)
     if (volume_file_head(nifti->file, head, HEADER_SIZE) < HEADER_SIZE)
         return fail(nifti, "ends within its NIfTI-1 header: copy or export it again");
     int size = header_size(head, &nifti->swapped);
+    nifti->size = size;
     if (size == NIFTI2_SIZE)
-        return fail(nifti, "is a NIfTI-2 file; NIfTI-1 is read, which 3D Slicer and nibabel write");
+        return read_nifti2(nifti);
     if (size != HEADER_SIZE)
         return fail(nifti, "its NIfTI-1 header does not begin with its size, 348");
     // Values in our byte order from here on.
@@ -280,8 +346,8 @@ static bool find_data(const Nifti *nifti, VolumeData *data)
     data->swapped = nifti->swapped;
     // Where the voxels begin: never inside the header.
     if (!nifti->paired && offset == 0.0)
-        offset = 352.0; // the only possible meaning
-    double least = nifti->paired ? 0.0 : HEADER_SIZE;
+        offset = nifti->size + 4.0; // the only possible meaning
+    double least = nifti->paired ? 0.0 : nifti->size;
     if (!(offset >= least && offset <= 1e9) || offset != floor(offset))
         return status_fail(nifti->status, STATUS_INVALID,
                            "%s: its voxels begin at byte %g (vox_offset)", nifti->file->path,
@@ -302,8 +368,9 @@ bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *
                        Status *status)
 {
     Nifti nifti = {.file = file, .status = status};
-    volume->format = "NIfTI-1";
-    return library_load(&nifti_library, file->path, status) && read_bytes(&nifti) &&
-           check_dimensions(&nifti, volume, data) && find_type(&nifti, data) &&
+    if (!library_load(&nifti_library, file->path, status) || !read_bytes(&nifti))
+        return false;
+    volume->format = nifti.size == NIFTI2_SIZE ? "NIfTI-2" : "NIfTI-1";
+    return check_dimensions(&nifti, volume, data) && find_type(&nifti, data) &&
            check_spacing(&nifti) && place(&nifti, volume, data) && find_data(&nifti, data);
 }

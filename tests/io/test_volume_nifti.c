@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Label volumes in NIfTI-1: types, pairs, transforms, units, defects.
+// Label volumes in NIfTI-1 and 2: types, pairs, transforms, units, defects.
 #include "test.h"
 #include "volume_bench.h"
 
@@ -37,6 +37,65 @@ TEST(nifti_of_every_type_and_order_packed_or_not_reads_the_same)
                 import(&volume);
                 expect_plain(&volume);
             }
+}
+
+// The same fields at the places and widths of NIfTI-2 (nifti2.h).
+static void write_nifti2(const NiftiFields *fields, const Type *type, bool big)
+{
+    FREED Bytes *head = calloc(1, sizeof *head);
+    const Type integer = {"", 0, 8, 'i'}, real = {"", 0, 8, 'f'};
+    put_number(head, 540, 4, big);
+    put_bytes(head, "n+2\0\r\n\032\n", 8);
+    put_number(head, (uint64_t)type->nifti, 2, big);
+    head->size = 16;
+    for (int d = 0; d < 8; d++)
+        put_value(head, &integer, fields->dim[d], big);
+    head->size = 104;
+    for (int d = 0; d < 8; d++)
+        put_value(head, &real, (double)fields->pixdim[d], big);
+    put_value(head, &integer, 544, big);
+    put_value(head, &real, (double)fields->slope, big);
+    put_value(head, &real, (double)fields->inter, big);
+    head->size = 344;
+    put_number(head, (uint64_t)fields->qform, 4, big);
+    put_number(head, (uint64_t)fields->sform, 4, big);
+    for (int d = 0; d < 3; d++)
+        put_value(head, &real, (double)fields->quatern[d], big);
+    for (int d = 0; d < 3; d++)
+        put_value(head, &real, (double)fields->qoffset[d], big);
+    for (int d = 0; d < 12; d++)
+        put_value(head, &real, (double)fields->srow[d / 4][d % 4], big);
+    head->size = 500;
+    put_number(head, (uint64_t)fields->units, 4, big);
+    head->size = 544;
+    put_labels(head, type, big);
+    write_file(head);
+}
+
+TEST(nifti_2_reads_the_same_as_nifti_1)
+{
+    for (int big = 0; big < 2; big++)
+        for (int turned = 0; turned < 2; turned++) {
+            SCOPED(volume_destroy) LabelVolume first;
+            SCOPED(volume_destroy) LabelVolume second;
+            NiftiFields fields = plain_nifti();
+            fields.sform = !turned;
+            fields.qform = 2;
+            fields.pixdim[0] = -1.0f;
+            for (int d = 0; d < 3; d++) {
+                fields.quatern[d] = 0.5f;
+                fields.qoffset[d] = 10.0f * (float)d;
+            }
+            fields.units = 1;
+            import_nifti(&fields, &first);
+            write_nifti2(&fields, &TYPES[3], big);
+            import(&second);
+            assert_string_equal(second.format, "NIfTI-2");
+            expect_labels(&second);
+            // Bit for bit: all numbers of the fields are single.
+            assert_memory_equal(first.axis, second.axis, sizeof first.axis);
+            assert_memory_equal(&first.origin, &second.origin, sizeof first.origin);
+        }
 }
 
 TEST(nifti_pairs_are_read_by_their_header)
@@ -253,7 +312,13 @@ TEST(nifti_defects_are_told_in_a_sentence)
     }
     unsigned char other[600] = {540 & 255, 540 >> 8};
     scratch_write(&scratch_space, "organ", other, sizeof other);
-    expect_error(": is a NIfTI-2 file; NIfTI-1 is read, which 3D Slicer and nibabel write");
+    expect_error(": begins as a NIfTI-2 file, but its mark is neither n+2 nor ni2");
+    scratch_write(&scratch_space, "organ", other, 539);
+    expect_error(": ends within its NIfTI-2 header: copy or export it again");
+    memcpy(other + 4, "n+2", 4);
+    other[16 + 8 + 2] = 1; // dim[1] is 65536
+    scratch_write(&scratch_space, "organ", other, sizeof other);
+    expect_error(": has more than 32767 voxels along an axis");
 }
 
 TEST(nothing_was_printed)
