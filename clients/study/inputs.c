@@ -325,7 +325,8 @@ bool study_choose_inputs(StudyContext *context, World *world, Status *status)
     }
     // Else press where the body yields: by the tool, or by a load where there is none.
     if (!press_find_site(sim_body(world->sim, context->body), context->plane, &site))
-        return status_fail(status, STATUS_INVALID, "%s: body %s has no free node to press on",
+        return status_fail(status, STATUS_INVALID,
+                           "%s: body %s has no free node to press on: all are fixed",
                            context->given->path, context->scene.body[context->body].name);
     if (tool < 0)
         return add_load(context, &site, status);

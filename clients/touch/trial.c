@@ -43,8 +43,8 @@ static bool find_place(Bench *bench, const Scene *scene, Status *status)
     const Body *body = sim_body(bench->world.sim, bench->body);
     PressSite site;
     if (!press_find_site(body, plane, &site))
-        return status_fail(status, STATUS_INVALID, "body %s has no free node to press on",
-                           body->name);
+        return status_fail(status, STATUS_INVALID,
+                           "body %s has no free node to press on: all are fixed", body->name);
     StudyPress press;
     press_plan(&press, bench->tool, &scene->tool[bench->tool], &site, plane);
     bench->inward = press.inward;
@@ -62,7 +62,8 @@ bool bench_begin(Bench *bench, const Scene *scene, int body, int tool, Status *s
 {
     *bench = (Bench){.body = body, .tool = tool >= 0 ? tool : press_find_tool(scene)};
     if (bench->tool < 0)
-        return status_fail(status, STATUS_INVALID, "%s: no tool that can press", scene->path);
+        return status_fail(status, STATUS_INVALID, "%s: no tool that can press: give it a probe",
+                           scene->path);
     const BuildOptions options = {.isa = "auto", .publishes = true};
     World *world = &bench->world;
     if (!world_build(world, scene, &options, status))

@@ -137,7 +137,7 @@ static void ask_workbench(Page *page, const Ask *ask)
     if (!workbench)
         refuse(page, ask->id, "this server starts no programs (--scenes)");
     else if (!workbench_ask(workbench, page->slot->sender, ask))
-        refuse(page, ask->id, "too many requests wait for the workbench");
+        refuse(page, ask->id, "too many requests wait for the workbench: try again");
 }
 
 static void take_text(Page *page, const char *data, size_t size)
@@ -166,7 +166,7 @@ static void take_text(Page *page, const char *data, size_t size)
     case ASK_TIE:
     case ASK_COMMAND:
         if (!requests_send(page->shared->requests, page->slot->sender, &ask))
-            refuse(page, ask.id, "too many requests wait for an answer");
+            refuse(page, ask.id, "too many requests wait for an answer: try again");
         break;
     case ASK_START:
     case ASK_END:

@@ -53,7 +53,9 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
     // An event begins with a sync word; without it the file is no log, or is damaged from here on.
     if (got < 4 || big_endian(header, 4) != SYNC)
         return log->events == 0
-                   ? status_fail(status, STATUS_INVALID, "%s: not an LCM event log", log->path)
+                   ? status_fail(status, STATUS_INVALID,
+                                 "%s: not an LCM event log, as lcm-logger and --log-inputs write",
+                                 log->path)
                    : status_fail(status, STATUS_INVALID, "%s: no LCM event after %lld of them",
                                  log->path, (long long)log->events);
     if (got < sizeof header)

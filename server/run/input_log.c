@@ -264,7 +264,8 @@ static bool read_header(InputLogReader *reader, Status *status)
     if (!find_value(text, "format", value, sizeof value) ||
         strcmp(value, "pliant-input-log") != 0 ||
         !find_value(text, "version", value, sizeof value) || strcmp(value, "1") != 0)
-        return status_fail(status, STATUS_INVALID, "%s: not an input log of version 1",
+        return status_fail(status, STATUS_INVALID,
+                           "%s: not an input log of version 1, as --log-inputs writes",
                            reader->log.path);
     if (!find_value(text, "scene", header->scene, sizeof header->scene) ||
         !find_value(text, "prefix", header->prefix, sizeof header->prefix) ||
