@@ -43,6 +43,17 @@ static bool cut_off(const EventLog *log, Status *status)
                        (long long)log->events);
 }
 
+// Forged time stamps may be anything.
+static void note_time(EventLog *log, int64_t time_us)
+{
+    const bool first = log->events == 0;
+    const double since = first ? 0.0 : (double)time_us - (double)log->last_us;
+    const bool jumps = since > (double)EVENT_LOG_GAP_US || since < -(double)EVENT_LOG_BACK_US;
+    log->jump_us = jumps && fabs(since) < 1e18 ? (int64_t)since : 0;
+    log->first_us = first ? time_us : log->first_us;
+    log->last_us = time_us;
+}
+
 bool event_log_next(EventLog *log, LogEvent *event, Status *status)
 {
     unsigned char header[HEADER_BYTES];
@@ -87,12 +98,7 @@ bool event_log_next(EventLog *log, LogEvent *event, Status *status)
             return cut_off(log, status);
         left -= part;
     }
-    log->first_us = log->events > 0 ? log->first_us : event->timestamp;
-    const double since =
-        log->events > 0 ? (double)event->timestamp - (double)log->last_us : 0.0; // forged ones
-    const bool jumps = since > (double)EVENT_LOG_GAP_US || since < -(double)EVENT_LOG_BACK_US;
-    log->jump_us = jumps && fabs(since) < 1e18 ? (int64_t)since : 0;
-    log->last_us = event->timestamp;
+    note_time(log, event->timestamp);
     log->events++;
     return true;
 }

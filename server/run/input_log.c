@@ -388,6 +388,10 @@ bool input_log_next(InputLogReader *reader, double rate_hz, int64_t first_step, 
         // The test message of lcm-logger may come first; it is not part of the recording.
         if (strcmp(event->channel, "LCM_SELF_TEST") == 0)
             continue;
+        if (reader->started && !reader->exact && reader->log.jump_us != 0 && reader->jumps++ == 0) {
+            reader->jump_us = reader->log.jump_us;
+            reader->jumped_us = reader->last_us - reader->first_us;
+        }
         // The first event defines time zero of a plain log.
         if (!reader->started) {
             reader->started = true;

@@ -54,7 +54,9 @@ typedef struct InputLogReader {
     bool started;
     bool has_event; // `event` was read ahead
     LogEvent event;
-    int64_t used, skipped; // messages on our channels, and others
+    int64_t used, skipped;      // messages on our channels, and others
+    int64_t jumps;              // plain logs: gaps and steps of their clock
+    int64_t jump_us, jumped_us; // of the first: how far, and when [us]
 } InputLogReader;
 
 // Opens a plain or exact log and reads the header of an exact one. `path` outlives the reader.

@@ -253,6 +253,12 @@ void replay_report(const Replay *replay)
                  "%s: none of its %lld messages is on %s_TOOL_POSE, _CUT, _LOAD, "
                  "_COMMAND or _TIE",
                  input->log.path, (long long)input->skipped, input->prefix);
+    if (input->jumps > 0)
+        log_line(LOG_WARNING,
+                 "%s: its clock has %lld gaps or steps, the first of %.1f s after %.1f s: the run "
+                 "waits through gaps, and what a step back repeats comes at once",
+                 input->log.path, (long long)input->jumps, 1e-6 * (double)input->jump_us,
+                 1e-6 * (double)input->jumped_us);
     if (input->lost > 0)
         log_line(LOG_WARNING, "%s: lacks %lld inputs, so the run is not the same", input->log.path,
                  (long long)input->lost);

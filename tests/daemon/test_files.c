@@ -324,6 +324,15 @@ TEST(a_log_without_a_duration_is_applied_to_its_end)
     lcm_eventlog_destroy(log);
     run_daemon_well(&pliantd, "--input %s %s", plain, scene);
     assert_int_equal(printed(&pliantd, "step"), 251);
+    assert_null(strstr(pliantd.err, "its clock"));
+    // One whose logger stood still, and whose clock was then set back.
+    log = lcm_eventlog_create(scratch("gaps.log"), "w");
+    static const int64_t times[] = {1000000, 1500000, 5500000, 4500000};
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++)
+        write_log_event(log, "OTHER", times[i], "x", 1);
+    lcm_eventlog_destroy(log);
+    run_daemon_well(&pliantd, "--input %s %s", scratch("gaps.log"), scene);
+    expect_in(pliantd.err, "its clock has 2 gaps or steps, the first of 4.0 s after 0.5 s");
     // A time that is given ends it before.
     run_daemon(&pliantd, "--offline 0.1 --input %s %s", plain, scene);
     assert_int_equal(printed(&pliantd, "step"), 100);

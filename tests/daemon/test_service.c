@@ -19,7 +19,7 @@
 
 typedef struct Manager {
     int fd;
-    int ready, stopping, pings, lines;
+    int ready, stopping, extensions, pings, lines;
     char line[256]; // the newest STATUS
     int order;      // 1 after READY, 2 after STOPPING
 } Manager;
@@ -64,6 +64,9 @@ static void take(Manager *manager, char *text)
             manager->order = 2;
         } else if (strcmp(word, "WATCHDOG=1") == 0) {
             manager->pings++;
+        } else if (strncmp(word, "EXTEND_TIMEOUT_USEC=", 20) == 0) {
+            manager->extensions++;
+            assert_int_equal(manager->order, 0);
         } else if (strncmp(word, "STATUS=", 7) == 0) {
             manager->lines++;
             snprintf(manager->line, sizeof manager->line, "%s", word + 7);
@@ -119,6 +122,20 @@ TEST(it_says_when_it_is_ready_alive_and_ending)
         assert_int_equal(manager.stopping, 1);
         assert_int_equal(manager.ready, 1);
     }
+}
+
+// Neither restarted nor taken for one that hangs.
+TEST(it_asks_for_time_while_it_waits_for_a_network)
+{
+    SCOPED(manager_destroy) Manager manager;
+    manager_create(&manager, scratch("late"));
+    assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
+    daemon_start(&pliantd, "%s", write_scene("late.cfg", "rate_hz = 100.0;", ""));
+    manager_wait(&manager, manager.extensions >= 2); // each second
+    expect_in(manager.line, "waiting: no route for multicast");
+    assert_int_equal(system("ip route add 224.0.0.0/4 dev lo"), 0);
+    manager_wait(&manager, manager.ready == 1);
+    process_end(&pliantd);
 }
 
 // It rests until something is asked of it, and still answers.
