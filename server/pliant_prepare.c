@@ -436,7 +436,7 @@ static int propose(PrepareArguments *arguments)
             status_fail(&status, STATUS_INVALID, "%s: cannot be used as a %s", path,
                         best == NULL ? "wall or a solid" : WAYS[way]);
         else if (write_proposal(&best->proposal, arguments, &status)) {
-            printf("%s: a scene with it as a %s, %s; that is %s\n", arguments->output, WAYS[way],
+            printf("%s: a scene with it as a %s\n  %s; that is %s\n", arguments->output, WAYS[way],
                    why, proposal_use(&proposals, (ProposalWay)way));
             print_others(&proposals, way, path);
         }

@@ -186,14 +186,9 @@ static void strip_place(const char *path, Status *status)
 }
 
 // Finds the boxes of the first PROPOSAL_PIECES pieces, and the largest of these.
-static void find_pieces(const Body *body, Built *built)
+static void find_pieces(const BodyMesh *mesh, const float *position, Built *built)
 {
-    const BodyMesh *mesh = &body->mesh;
     int name[PROPOSAL_PIECES], nodes[PROPOSAL_PIECES] = {0}, count = 0, largest = 0;
-    float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
-    ASSERT(position != NULL);
-    // Where the nodes are, and to which piece each belongs.
-    body->ops->snapshot(body->model, position, NULL);
     for (int i = 0; i < mesh->node_count; i++) {
         int at = 0;
         while (at < count && name[at] != mesh->piece[i])
@@ -212,16 +207,11 @@ static void find_pieces(const Body *body, Built *built)
     }
     built->largest = count > 0 ? name[largest] : 0;
     built->largest_nodes = nodes[largest];
-    free(position);
 }
 
 // Adds the surface at rest of one piece to a draft.
-static void take_surface(const Body *body, int piece, MeshDraft *surface)
+static void take_surface(const BodyMesh *mesh, const float *position, int piece, MeshDraft *surface)
 {
-    const BodyMesh *mesh = &body->mesh;
-    float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
-    ASSERT(position != NULL);
-    body->ops->snapshot(body->model, position, NULL);
     for (int i = 0; i < mesh->node_count; i++) {
         const float *x = position + 3 * i;
         mesh_draft_add_node(surface, vec3((double)x[0], (double)x[1], (double)x[2]));
@@ -234,7 +224,6 @@ static void take_surface(const Body *body, int piece, MeshDraft *surface)
             mesh_draft_add_corner(surface, corner[c], -1);
         mesh_draft_end_polygon(surface, 0);
     }
-    free(position);
 }
 
 static bool build_scene(const char *path, Built *built, MeshDraft *surface, Status *status)
@@ -255,9 +244,15 @@ static bool build_scene(const char *path, Built *built, MeshDraft *surface, Stat
                          .contact_share = body->contact_share,
                          .cells = world.cells[0],
                          .box = outline.box};
-        find_pieces(body, built);
+        // Where the nodes are, and to which piece each belongs.
+        const BodyMesh *mesh = &body->mesh;
+        float *position = calloc((size_t)mesh->node_count + 1, 3 * sizeof *position);
+        ASSERT(position != NULL);
+        body->ops->snapshot(body->model, position, NULL);
+        find_pieces(mesh, position, built);
         if (surface != NULL)
-            take_surface(body, built->largest, surface);
+            take_surface(mesh, position, built->largest, surface);
+        free(position);
         world_destroy(&world);
     }
     scene_destroy(&scene);

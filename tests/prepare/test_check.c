@@ -283,15 +283,15 @@ TEST(a_hollow_organ_is_proposed_as_a_wall_by_its_name_and_as_what_is_chosen)
     // The same closed tube of 84 mm under two names: its edges of 1 mm need implicit steps.
     static const struct {
         const char *options, *says, *scene;
-    } cases[] = {{"colon.off", "as a wall, since by its name it is hollow; ",
+    } cases[] = {{"colon.off", "as a wall\n  since by its name it is hollow; ",
                   "model = \"surface\";\n    mesh"},
                  {"ring.off",
-                  "as a solid, since its triangles are too small or too many for a fast wall; ",
+                  "as a solid\n  since its triangles are too small or too many for a fast wall; ",
                   "model = \"voxel\""},
                  {"ring.off", "\n  or --model surface: a wall, for an empty hollow organ",
                   "cuttable = true;"},
                  {"--model filled loop.off",
-                  "as a wall full of a fluid, as chosen; that is for a full hollow",
+                  "as a wall full of a fluid\n  as chosen; that is for a full hollow",
                   "cavity = { fluid = true; };"},
                  {"--model filled --cuttable no loop.off", "as chosen", "    cuttable = false;\n"},
                  {"--cuttable yes ring.off", "as a solid", "    cuttable = true;\n"}};

@@ -22,12 +22,13 @@ const FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 const STL = `solid corner\n${FACES.map((face) => `facet normal 0 0 0\nouter loop\n${face.map((corner) =>
     `vertex ${CORNERS[corner].join(' ')}`).join('\n')}\nendloop\nendfacet`).join('\n')}\nendsolid corner\n`;
 
-// Two layers of 20 x 10 x 10 voxels of 2 mm: label 1 in two pieces; label 1 and 2. The last is nowhere.
+// Two layers of 20 x 10 x 10 voxels of 2 mm: label 1 in two pieces; label 1 and 2. The last is nowhere, and turns
+// the line around.
 const LABELS = Buffer.concat([Buffer.from(`NRRD0005\ntype: uchar\ndimension: 4\nsizes: 2 20 10 10
 kinds: list domain domain domain\nspace: LPS\nspace directions: none (2,0,0) (0,2,0) (0,0,2)\nencoding: raw
 Segment0_Name:=liver\nSegment0_LabelValue:=1\nSegment0_Layer:=1
 Segment1_Name:=<b>spleen\nSegment1_LabelValue:=2\nSegment1_Layer:=1\nSegment1_Color:=0.5 0.25 1
-Segment2_Name:=${'x'.repeat(60)}\nSegment2_LabelValue:=9\nSegment2_Layer:=0\n\n`),
+Segment2_Name:=\u202e${'x'.repeat(60)}\nSegment2_LabelValue:=9\nSegment2_Layer:=0\n\n`),
 Buffer.from(Array.from({ length: 2000 }, (_, v) => v % 20).flatMap((x) => [Number(x < 5 || x >= 15),
     x < 14 ? 1 : x >= 15 ? 2 : 0]))]);
 
@@ -160,7 +161,7 @@ test('the_proposed_scene_is_pulled_and_cut', options, async () => {
     await page.keyboard.up('Control');
     await until('they let go', async () => /release/.test(await events()));
     await page.keyboard.down('Shift');
-    await drag(page, { x: m.x - 200, y: m.y }, { x: m.x + 200, y: m.y }, 30);
+    await drag(page, { x: m.x - 200, y: m.y }, { x: m.x + 200, y: m.y }, 12);
     await page.mouse.up();
     await page.keyboard.up('Shift');
     await until('it is cut in two', async () => (await figureOf(page, 'organ', 'pieces')) > 1);

@@ -84,7 +84,12 @@ export class Proposal {
         this.propose();
     }
 
+    /** `choice` is for the file that is shown, which another page may have opened. */
     choose(choice) {
+        if (this.file && this.file !== this.mesh) {
+            this.mesh = this.file;
+            this.choice = {};
+        }
         Object.assign(this.choice, { even: undefined }, choice);
         this.propose();
     }
@@ -108,6 +113,7 @@ export class Proposal {
         if (this.waits && !runs) this.propose();
         if (this.choice.even && file !== this.mesh && EVEN.test(file)) this.takeEven(file);
         this.mesh ??= file || null;
+        this.file = file;
         this.scene = scene;
         element('proposal').hidden = !file && !this.mesh;
         element('proposal-name').textContent = file || this.mesh || '';
