@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A mesh file of any format, as the group `mesh` of a scene names it: read, repaired, placed and
-// divided once. Either it is refused, or what comes out is fit for simulation. What follows the mark
-// is the .node of TetGen's pair.
+// divided once. Either it is refused, or what comes out is fit for simulation. What follows the
+// mark is the .node of TetGen's pair.
 #include "fuzz.h"
 
 #include "base/log.h"
