@@ -106,7 +106,7 @@ bool hdf_open_here(HdfFile *file, const char *path, Status *status)
     // A program that has it open for writing is no damage, and passes.
     if (is_locked(path))
         return status_fail(status, STATUS_FAILED,
-                           "%s: another program is writing it: wait for its end", path);
+                           "%s: another program is writing it (wait for its end)", path);
     return status_fail(status, STATUS_INVALID,
                        "%s: is truncated, damaged or being written; if its writer was killed, "
                        "h5clear -s FILE (package hdf5-tools) may open it",

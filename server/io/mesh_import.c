@@ -160,7 +160,6 @@ static const struct {
     size_t at;
     const char *magic, *name, *cure;
 } OTHERS[] = {
-    {0, "$NOD", "version 1 of Gmsh's MSH", BY_GMSH_SAVE},
     {0, "MeshVersionFormatted", "Medit MESH", BY_GMSH_SAVE},
     {0, "ISO-10303-21", "STEP", BY_GMSH},
     {0, "DBRep_DrawableShape", "OpenCASCADE BREP", BY_GMSH},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Gmsh's MSH files, versions 2 and 4.1, ASCII and binary. Reads $Nodes and $Elements; skips other
-// parts. Nodes have tags, any numbers, by which elements name them. Allocates nothing that the file
-// only announces.
+// Gmsh's MSH files, versions 1, 2 and 4.1, ASCII and binary. Reads $Nodes and $Elements; skips
+// other parts. Nodes have tags, any numbers, by which elements name them. Allocates nothing that
+// the file only announces.
 #include "io/mesh_formats.h"
 
 #include <math.h>
@@ -37,6 +37,7 @@ typedef struct Msh {
     Text text;
     const char *start;
     bool binary, big_endian;
+    bool first;       // version 1: no header, parts of other names
     bool fourth;      // version 4: blocks of nodes and elements
     NumberType count; // of version 4
     MeshCells *cells;
@@ -45,7 +46,7 @@ typedef struct Msh {
 
 bool msh_is(const FileBytes *file)
 {
-    return strncmp(file->bytes, "$MeshFormat", 11) == 0;
+    return strncmp(file->bytes, "$MeshFormat", 11) == 0 || strncmp(file->bytes, "$NOD", 4) == 0;
 }
 
 // Says what is wrong and where: in binary files lines mean nothing.
@@ -105,7 +106,7 @@ static bool read_position(Msh *msh)
     return true;
 }
 
-// Of version 2: each node with its tag in front.
+// Of versions 1 and 2: each node with its tag in front.
 static bool read_nodes(Msh *msh, double count)
 {
     double tag;
@@ -181,6 +182,23 @@ static bool read_elements(Msh *msh, double count)
     return true;
 }
 
+// Of version 1: number, kind, two tags, and how many nodes follow.
+static bool read_first_elements(Msh *msh, double count)
+{
+    double nodes;
+    int kind;
+    for (double i = 0.0; i < count && !msh->cells->draft->full; i++) {
+        if (!skip_numbers(msh, INT, 1) || !read_kind(msh, &kind) || !skip_numbers(msh, INT, 2) ||
+            !read_count(msh, INT, &nodes))
+            return false;
+        if (nodes != KINDS[kind].nodes)
+            return msh_fail(msh, "an element with another number of nodes than its kind has");
+        if (!read_element(msh, kind, INT))
+            return false;
+    }
+    return true;
+}
+
 // Of version 4: one kind, and the tag and nodes of each.
 static bool read_element_block(Msh *msh)
 {
@@ -230,7 +248,7 @@ static bool read_header(Msh *msh)
     if (!msh->fourth && !(version >= 2.0 && version < 3.0))
         return status_fail(
             msh->status, STATUS_INVALID,
-            "%s: of Gmsh's MSH versions 2 and 4.1 are read, not %.9g; gmsh FILE -save "
+            "%s: of Gmsh's MSH versions 1, 2 and 4.1 are read, not %.9g; gmsh FILE -save "
             "-o NEW.msh -format msh41 converts it",
             msh->text.path, version);
     if (size != 8.0 && size != 4.0)
@@ -252,9 +270,11 @@ static bool read_part(Msh *msh, Word name)
 {
     double count = 0.0;
     char end[64];
-    snprintf(end, sizeof end, "$End%.*s", name.size < 50 ? name.size - 1 : 49, name.at + 1);
+    snprintf(end, sizeof end, msh->first ? "$END%.*s" : "$End%.*s",
+             name.size < 50 ? name.size - 1 : 49, name.at + 1);
     text_next_line(&msh->text);
-    const bool nodes = word_is(name, "$Nodes"), elements = word_is(name, "$Elements");
+    const bool nodes = word_is(name, msh->first ? "$NOD" : "$Nodes"),
+               elements = word_is(name, msh->first ? "$ELM" : "$Elements");
     if (!nodes && !elements) {
         const char *at =
             memmem(msh->text.at, (size_t)(msh->text.end - msh->text.at), end, strlen(end));
@@ -265,20 +285,24 @@ static bool read_part(Msh *msh, Word name)
     // Each would sort all tags again.
     if (nodes && msh->cells->tags_sorted)
         return msh_fail(msh, "$Nodes behind $Elements");
-    if (msh->fourth ? !read_blocks(msh, nodes ? read_node_block : read_element_block)
-                    : !read_line_count(msh, &count) ||
-                          !(nodes ? read_nodes(msh, count) : read_elements(msh, count)))
+    if (msh->fourth
+            ? !read_blocks(msh, nodes ? read_node_block : read_element_block)
+            : !read_line_count(msh, &count) || !(nodes        ? read_nodes(msh, count)
+                                                 : msh->first ? read_first_elements(msh, count)
+                                                              : read_elements(msh, count)))
         return false;
     if (msh->cells->draft->full)
         return true;
     return word_is(text_word_anywhere(&msh->text), end) ||
-           msh_fail(msh, nodes ? "$EndNodes expected" : "$EndElements expected");
+           msh_fail(msh,
+                    nodes ? "$EndNodes or $ENDNOD expected" : "$EndElements or $ENDELM expected");
 }
 
 bool msh_read(const FileBytes *file, MeshCells *cells, const char **format, Status *status)
 {
     Msh msh = {.text = text_start(file), .start = file->bytes, .cells = cells, .status = status};
-    bool ok = read_header(&msh), more = true;
+    msh.first = strncmp(file->bytes, "$NOD", 4) == 0;
+    bool ok = msh.first || read_header(&msh), more = true;
     *format = msh.binary ? "binary MSH" : "ASCII MSH";
     while (ok && more && !cells->draft->full) {
         const Word name = text_word_anywhere(&msh.text);

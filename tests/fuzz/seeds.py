@@ -111,6 +111,8 @@ def meshes():
                                ("raw-packed", PACKED, "appended"), ("base64", "", "appended")):
         for grid in (False, True):
             put("vtkxml", name + ("-grid" if grid else ""), vtk_xml(name, packed, form, grid))
+    put("msh", "1", "$NOD\n4\n" + "".join("%d %g %g %g\n" % (i + 5, *p) for i, p
+        in enumerate(POINTS)) + "$ENDNOD\n$ELM\n2\n1 4 1 1 4 5 6 7 8\n2 2 1 1 3 5 6 7\n$ENDELM\n")
     put("msh", "2", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n" + "".join("%d %g %g %g\n" % (i + 5, *p) for i, p
         in enumerate(POINTS)) + "$EndNodes\n$Elements\n2\n1 4 2 0 0 5 6 7 8\n2 2 0 5 6 7\n$EndElements\n")
     put("msh", "4", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n0\n$EndPhysicalNames\n$Nodes\n1 4 1 99\n"

@@ -193,9 +193,11 @@ TEST(faults_of_tetgens_pairs_name_their_file_and_line)
 
 TEST(gmshs_solid_cells_give_their_border)
 {
-    // A tetrahedron of version 2 with its faces as elements of their own, and one of version 4.1
-    // whose nodes are named by large numbers in falling order.
+    // A tetrahedron of versions 1 and 2 with two faces as elements of their own, and one of
+    // version 4.1 whose nodes are named by large numbers in falling order.
     static const char *const texts[] = {
+        "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n4\n1 15 1 1 1 1\n"
+        "2 2 1 1 3 1 2 3\n3 2 1 1 3 1 2 4\n4 4 1 1 4 1 2 3 4\n$ENDELM\n",
         MSH("2.2", "$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n$Elements\n4\n"
                    "1 15 2 1 1 1\n2 2 2 1 1 1 2 3\n3 2 0 1 2 4\n4 4 2 1 1 1 2 3 4\n"
                    "$EndElements\n$NodeData\n1\n$EndNodeData\n"),
@@ -204,7 +206,7 @@ TEST(gmshs_solid_cells_give_their_border)
                    "900000000000 80 7\n2 900000000000 80 6\n3 1 4 1\n3 900000000000 80 7 6\n"
                    "$EndElements\n"),
     };
-    for (int i = 0; i < 2; i++) {
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         SCOPED(mesh_destroy) TriMesh mesh;
         MeshImport import;
         assert_string_equal(import_text(texts[i], &mesh, &import), "");
@@ -222,10 +224,12 @@ TEST(faults_of_gmshs_files_name_their_line)
         const char *text, *says;
     } cases[] = {
         {MSH("4", "$Nodes\n"),
-         ": of Gmsh's MSH versions 2 and 4.1 are read, not 4; gmsh FILE -save "
+         ": of Gmsh's MSH versions 1, 2 and 4.1 are read, not 4; gmsh FILE -save "
          "-o NEW.msh -format msh41 converts it"},
         {MSH("2.2", "$Nodes\n2\n1 0 0 0\n"), ":7: the file ends where a number stands"},
-        {MSH("2.2", "$Nodes\n1\n1 0 0 0\n2 0 0 0\n"), ":7: $EndNodes expected"},
+        {MSH("2.2", "$Nodes\n1\n1 0 0 0\n2 0 0 0\n"), ":7: $EndNodes or $ENDNOD expected"},
+        {"$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n1\n1 2 1 1 4 1 1 1 1\n",
+         ":7: an element with another number of nodes than its kind has"},
         {MSH("2.2", "$Nodes\n-1\n"), ":5: a count or tag that is no integer from 0"},
         {MSH("2.2", "$Elements\n1\n1 2 0 1 2 3\n"),
          ":6: an element names a node that is not there"},

@@ -67,7 +67,7 @@ TEST(faults_name_the_line)
         {"OFF\n4 0 0\n" VERTICES, ": has points but no faces, so it is no surface; MeshLab makes "
                                   "one of a cloud of points (Screened Poisson)"},
         {"OFF\n0 0 0\n", ": the mesh has no faces"},
-        {"OFFSET\n", ": no faces; expected a mesh (OBJ, STL, PLY, OFF, VTK) or labels (NRRD, "
+        {"OFFSET\n", ": no faces; expected a mesh (OBJ, STL, PLY, OFF, VTK, MSH) or labels (NRRD, "
                      "NIfTI); assimp export FILE NEW.stl converts many others"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
