@@ -28,7 +28,10 @@ bool program_await_server(PliantClient *client, bool (*wait)(PliantClient *clien
                           double patience_s, PliantError *error)
 {
     for (bool said = false; !wait(client, patience_s); said = true) {
-        const char *why = pliant_error(client);
+        const char *why = pliant_error(client), *refusal = pliant_refusal(client);
+        // A server that is there but takes no messages of this host is not waited for.
+        if (refusal != NULL)
+            return program_fail(error, "%s; %s", why, refusal);
         if (patience_s != PROGRAM_PATIENCE_S || program_stopped() || !is_absence(why))
             return program_fail(error, "%s", why);
         if (!said)

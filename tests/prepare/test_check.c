@@ -215,7 +215,7 @@ TEST(each_model_has_its_verdict_with_reason_and_cost)
     assert_int_equal(result.code, 0);
     expect_printed(&result, "box.obj: usable\n");
     expect_printed(&result, "  as a wall: yes, 1 substep a tick, about ");
-    assert_null(strstr(result.out, "./dev remesh")); // it is good as it is
+    assert_null(strstr(result.out, "a better wall")); // it is good as it is
     expect_printed(&result, "  as a solid: yes, ");
     expect_printed(&result, "times are estimates for a core of 2 GHz, not measured here");
     // What a wall cannot be, a solid can.
@@ -224,7 +224,7 @@ TEST(each_model_has_its_verdict_with_reason_and_cost)
     assert_int_equal(result.code, 0);
     expect_printed(&result, "sliver.off: usable\n");
     expect_printed(&result, "  as a wall: no, edges of 0.0141 um need ");
-    expect_printed(&result, "      ./dev remesh 'sliver.off' NEW.ply 0.");
+    expect_printed(&result, "      pliant-prepare --even 'sliver.off' -o NEW.off\n");
     expect_printed(&result, "  as a solid: yes, ");
     // And the other way round.
     write_torus("tube.off", 12, 8, false);

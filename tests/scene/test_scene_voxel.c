@@ -418,8 +418,9 @@ static const WrongScene WRONG[] = {
      "4: poisson_ratio 0.1 needs law \"affine\": law \"miyazaki2004\" knows only 0"},
     {IN_BODY("law = \"spring\";"), "2: law \"spring\" must be one of \"affine\", \"miyazaki2004\""},
     // skin is a mesh placed like others
-    {IN_BODY("skin = { };"), "2: bodies.skin.mesh is missing (OBJ, STL, PLY, OFF, VTK, MSH or TetGen file, "
-                             "relative to the scene's folder.)"},
+    {IN_BODY("skin = { };"),
+     "2: bodies.skin.mesh is missing (OBJ, STL, PLY, OFF, VTK, MSH or TetGen file, "
+     "relative to the scene's folder.)"},
     {IN_BODY("skin = { mesh = \"a.stl\"; place = { zzz = 1; }; };"),
      "2: unknown key zzz in bodies.skin.place, whose keys are translation, rotation"},
     // bad damping is refused
