@@ -108,7 +108,7 @@ static void warn_of_pace(const Pace *pace, Live *live, double ticks)
                  live->quota.limit, 1e-6 * (double)pace->held_us);
     if (!atomic_load(&exchange->pace_told)) {
         snprintf(exchange->pace, sizeof exchange->pace,
-                 "slower than real time for %d s: %.3g of %.0f ticks a second; %s", pace->slow,
+                 "slower than real time for %d s: %.3g of %.0f ticks a second; %.120s", pace->slow,
                  ticks, live->scene->sim.rate_hz, cure);
         log_line(LOG_WARNING, "%s", exchange->pace);
         atomic_store(&exchange->pace_told, true);

@@ -218,7 +218,8 @@ TEST(a_checkpoint_that_another_program_has_locked_is_no_damage)
     run_daemon(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
     expect_ended(&pliantd, 1, "another program is writing it");
     run_daemon(&pliantd, "--offline 0.2 --checkpoint %s %s", kept, scene);
-    expect_ended(&pliantd, 1, "another program is writing it (wait for its end): it is not replaced");
+    expect_ended(&pliantd, 1,
+                 "another program is writing it (wait for its end): it is not replaced");
     close(fd);
     run_daemon_well(&pliantd, "--offline 0.1 --continue --checkpoint %s %s", kept, scene);
 }
