@@ -96,9 +96,12 @@ TEST(a_full_disk_ends_the_recording_whole)
 {
     const char *path = on_disk("full.h5");
     Client *client = client_create();
-    daemon_start(
-        &pliantd, "--record %s %s", path,
-        write_scene("record.cfg", "publish = { nodes_hz = 1000.0; status_hz = 20.0; };", ""));
+    // It falls: what stands still takes no room.
+    daemon_start(&pliantd, "--record %s %s", path,
+                 write_scene("record.cfg",
+                             "gravity = [0.0, 0.0, -1.0];"
+                             "publish = { nodes_hz = 1000.0; status_hz = 20.0; };",
+                             ""));
     client_wait_for_daemon(client);
     wait_until(client, client->status.step > 200);
     fill_disk("ballast", 0);
