@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Checkpoints and input logs: whole files, and runs that continue or repeat with the same bits.
+#include "effort.h"
 #include "test.h"
 #include "lcm_client.h"
 #include "scene_writer.h"
@@ -110,7 +111,8 @@ static void expect_state(const char *name, const Process *daemon, const char *wh
 TEST(a_resumed_run_matches_the_uninterrupted_one)
 {
     const char *part = scratch("part.h5");
-    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+    const bool all = PLIANT_EFFORT == 1; // else one precision of each
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k += all ? 1 : 2) {
         const Case *c = &CASES[k];
         char whole[32], half[32];
         const char *scene = write_body_scene("resume.cfg", &c->parts);
@@ -120,8 +122,10 @@ TEST(a_resumed_run_matches_the_uninterrupted_one)
             fail_msg("%s: %s", c->name, pliantd.err);
         printed_state(&pliantd, whole);
         const long long step = printed(&pliantd, "step");
-        run_daemon(&pliantd, "--offline %g --isa baseline %s", c->seconds, scene);
-        expect_state(c->name, &pliantd, whole); // on every processor
+        if (all) {
+            run_daemon(&pliantd, "--offline %g --isa baseline %s", c->seconds, scene);
+            expect_state(c->name, &pliantd, whole); // on every processor
+        }
         run_daemon(&pliantd, "--offline %g --checkpoint %s %s", c->at, part, scene);
         printed_state(&pliantd, half);
         assert_string_not_equal(half, whole);
