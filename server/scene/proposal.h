@@ -64,6 +64,7 @@ typedef struct Proposals {
     VolumeLabels labels;  // in it; owned
     double thinnest;      // shortest side of the chosen label's box [m]; 0: of a mesh
     char hollow[80]; // "its name says duodenum": why it may be a hollow organ; "": nothing says so
+    bool named_hollow; // its name says so
     Verdict verdict[PROPOSAL_WAYS];
 } Proposals;
 

@@ -37,11 +37,6 @@ static const char *name_of(const Proposals *all)
     return all->labels.count > 1 ? "" : slash != NULL ? slash + 1 : path;
 }
 
-static bool is_named_hollow(const Proposals *all)
-{
-    return strncmp(all->hollow, "its name", 8) == 0;
-}
-
 void proposal_find_hollow(Proposals *all)
 {
     const char *name = name_of(all);
@@ -54,6 +49,7 @@ void proposal_find_hollow(Proposals *all)
         while (isalpha((unsigned char)found[length]))
             length++;
         snprintf(all->hollow, sizeof all->hollow, "its name says %.*s", length, found);
+        all->named_hollow = true;
         return;
     }
     if (all->verdict[WAY_SOLID].cavity)
@@ -65,7 +61,7 @@ void proposal_find_hollow(Proposals *all)
 int proposal_best(const Proposals *all, const char **why)
 {
     const Verdict *wall = &all->verdict[WAY_WALL], *solid = &all->verdict[WAY_SOLID];
-    const bool named = is_named_hollow(all), nested = !named && all->hollow[0] != '\0';
+    const bool named = all->named_hollow, nested = !named && all->hollow[0] != '\0';
     const char *ignored;
     if (why == NULL)
         why = &ignored;
@@ -97,8 +93,7 @@ const char *proposal_use(const Proposals *all, ProposalWay way)
         return "for an empty hollow organ, as a bowel or a stomach: it gives way and folds";
     if (way == WAY_FILLED)
         return "for a full hollow organ, as a bladder: it is tense, and what is in it runs out of "
-               "a "
-               "cut";
+               "a cut";
     if (all->verdict[WAY_SOLID].cavity)
         return "for a thick wall: tissue between its sheets, hollow within";
     return "for an organ that is full of tissue, as a liver or a kidney: a cut shows its inside";

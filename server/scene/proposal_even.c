@@ -5,10 +5,10 @@
 
 #include <math.h>
 
-// A wall of 25 cm can be stepped in real time with so many nodes, and about as many are as good.
-// Their number goes with the area over that of a cell, so that two or three tries suffice; others
-// are for cells that touch in an edge alone, which smaller ones seldom do in the same place.
-static const double EVEN_NODES = 1000.0, EVEN_RANGE = 1.4, SMALLER = 0.95, MOST_OF_IT = 0.9;
+// About PROPOSAL_NODES are as good. Their number goes with the area over that of a cell, so that
+// two or three tries suffice; others are for cells that touch in an edge alone, which smaller ones
+// seldom do in the same place.
+static const double EVEN_RANGE = 1.4, SMALLER = 0.95, MOST_OF_IT = 0.9;
 enum { TRIES = 8 };
 
 // Tries one size of cells, and sets the next one where the surface is none, or has too few or too
@@ -21,7 +21,7 @@ static bool try_cells(Proposal *solid, TriMesh *mesh, bool *done, Status *status
     MeshFault fault;
     if (!proposal_build(solid, &built, &draft, status))
         return false;
-    const double times = draft.node_count / EVEN_NODES;
+    const double times = (double)draft.node_count / PROPOSAL_NODES;
     const bool even = times < EVEN_RANGE && times > 1.0 / EVEN_RANGE;
     *done = even && mesh_repair(&draft, mesh, &repairs, &fault);
     solid->cell = built.cells.size * (even ? SMALLER : sqrt(times));
@@ -56,7 +56,7 @@ bool proposal_even(const char *path, double scale, LabelChoice choice, TriMesh *
         if (!try_cells(&solid, mesh, &done, &said))
             return status_fail(status, said.code, "%s: %s", path, said.text);
     return done || status_fail(status, STATUS_INVALID,
-                               "%s: its cells make no surface of about %.0f nodes that holds "
+                               "%s: its cells make no surface of about %d nodes that holds "
                                "together",
-                               path, EVEN_NODES);
+                               path, PROPOSAL_NODES);
 }

@@ -197,14 +197,15 @@ static bool is_torn_away(const Sim *sim, int b)
 // Freezes a body that its rest shape has not helped: it would only take the time of the others.
 static void freeze(Sim *sim, int b, GuardCause cause, const char *what)
 {
-    static const char *const cure[GUARD_CAUSE_COUNT] = {[GUARD_TOOL] = "move the tool off",
-                                                        [GUARD_LOAD] = "lower the load",
-                                                        [GUARD_SET] = "SET another value",
-                                                        [GUARD_TIME_STEP] = "shorten time_step",
-                                                        [GUARD_UNKNOWN] = "shorten its time_step",
-                                                        [GUARD_ENERGY] = "shorten its time_step",
-                                                        [GUARD_PRESSURE] =
-                                                            "lower the pressure inside"};
+    static const char *const cure[GUARD_CAUSE_COUNT] = {
+        [GUARD_TOOL] = "move the tool off",
+        [GUARD_LOAD] = "lower the load",
+        [GUARD_SET] = "SET another value",
+        [GUARD_TIME_STEP] = "shorten time_step",
+        [GUARD_UNKNOWN] = "shorten its time_step",
+        [GUARD_ENERGY] = "shorten its time_step",
+        [GUARD_PRESSURE] = "lower the pressure inside",
+    };
     GuardFreeze *at = &sim->guard->freeze[b];
     const int64_t tick = sim->clock->step + 1;
     if (!guard_count(&at->shapes, tick, sim->guard->window, GUARD_MOST_SHAPES))
