@@ -88,9 +88,8 @@ void lattice_place(Lattice *lattice, double scale, Vec3 rotation, Vec3 translati
     lattice->origin = vec3_add(lattice->origin, translation);
 }
 
-bool lattice_shells_text(LatticeShells shells, double size, char *text, size_t room)
+bool lattice_shells_text(LatticeShells shells, char *text, size_t room)
 {
-    const double cell = 1e6 * size * size * size;
     const char *const word = shells.filled ? "filled" : "cavities";
     size_t used = 0;
     text[0] = '\0';
@@ -100,10 +99,11 @@ bool lattice_shells_text(LatticeShells shells, double size, char *text, size_t r
                                 "other by voxels.inner = \"%s\")",
                                 shells.inner, shells.count, word, 1e6 * shells.volume,
                                 shells.filled ? "cavity" : "filled");
+    // Cells tell which share overlaps, better than how much: they are rounded alike.
     if (shells.overlap > 0 && used < room)
         snprintf(text + used, room - used,
                  "%sits parts overlap by about %.3g cm3, which count once", used > 0 ? "; " : "",
-                 cell * (double)shells.overlap);
+                 1e6 * shells.all * (double)shells.overlap / (double)shells.claimed);
     return text[0] != '\0';
 }
 

@@ -23,9 +23,10 @@ enum {
 typedef struct LatticeShells {
     int count, inner; // all, and those within an odd number of others: holes, unless `filled`
     double volume;    // of those within others [m3]
+    double all;       // sum of the parts' volumes, holes too [m3]
     long hollow;      // [cells] within holes
     long overlap;     // [cells] that several parts claim: their sum, less one for each cell
-    long claimed;     // [cells] sum of the parts' volumes, holes too
+    long claimed;     // [cells] that sum
     bool filled;
 } LatticeShells;
 
@@ -83,8 +84,8 @@ bool lattice_disc(Lattice *lattice, double radius, double size, Status *status);
 // too many cells (with the size that would fit).
 bool voxelise(Lattice *lattice, const TriMesh *mesh, double size, bool filled, Status *status);
 
-// Says which of the parts are cavities and by how much others overlap, for cells of edge `size`;
-// false if there is nothing to say.
-bool lattice_shells_text(LatticeShells shells, double size, char *text, size_t room);
+// Says which of the parts are cavities and by how much others overlap; false if there is nothing to
+// say.
+bool lattice_shells_text(LatticeShells shells, char *text, size_t room);
 
 #endif

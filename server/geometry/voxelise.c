@@ -361,11 +361,13 @@ static void measure_shells(Raster *raster)
     raster->lattice->shells.count = raster->shell_count;
 }
 
-// Adds up the volumes of the shells that are holes.
-static double measure_holes(const Raster *raster, const TriMesh *mesh)
+// Adds up the volumes of the shells, and of those that are holes.
+static void measure_volumes(const Raster *raster, const TriMesh *mesh)
 {
-    double *volume = calloc((size_t)raster->shell_count + 1, sizeof *volume), sum = 0.0;
+    LatticeShells *shells = &raster->lattice->shells;
+    double *volume = calloc((size_t)raster->shell_count + 1, sizeof *volume);
     ASSERT(volume != NULL);
+    shells->volume = shells->all = 0.0;
     for (int t = 0; t < mesh->triangle_count; t++) {
         Vec3 x[3];
         for (int c = 0; c < 3; c++)
@@ -373,11 +375,12 @@ static double measure_holes(const Raster *raster, const TriMesh *mesh)
         volume[raster->shell_of[mesh->triangle[t][0]]] +=
             vec3_dot(x[0], vec3_cross(x[1], x[2])) / 6.0;
     }
-    for (int s = 0; s < raster->shell_count; s++)
-        if (raster->shell[s].depth < raster->shell_count && raster->shell[s].depth % 2 != 0)
-            sum += fabs(volume[s]);
+    for (int s = 0; s < raster->shell_count; s++) {
+        const bool met = raster->shell[s].depth < raster->shell_count;
+        shells->all += fabs(volume[s]);
+        shells->volume += met && raster->shell[s].depth % 2 != 0 ? fabs(volume[s]) : 0.0;
+    }
     free(volume);
-    return sum;
 }
 
 // Labels a run of cells that shells wind around `net` times, holes counted against, and `all` times
@@ -446,7 +449,7 @@ static bool cut_rows(Raster *raster, const TriMesh *mesh, Status *status)
     if (raster->count > 0)
         qsort(raster->crossing, raster->count, sizeof *raster->crossing, compare_crossings);
     measure_shells(raster);
-    raster->lattice->shells.volume = measure_holes(raster, mesh);
+    measure_volumes(raster, mesh);
     return true;
 }
 

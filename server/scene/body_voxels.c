@@ -78,7 +78,7 @@ static bool make_from_mesh(const VoxelSource *source, Lattice *lattice, SurfaceF
               (voxelise(lattice, &mesh, source->size, source->inner == INNER_FILLED, &said) ||
                fail_file(source, &said, status));
     char text[256];
-    if (ok && lattice_shells_text(lattice->shells, lattice->size, text, sizeof text))
+    if (ok && lattice_shells_text(lattice->shells, text, sizeof text))
         log_line(LOG_INFO, "%s: %s", source->file, text);
     if (ok && field != NULL)
         surface_field_of_mesh(field, lattice, &mesh);

@@ -442,7 +442,7 @@ static double divide_slices(const Proposals *all, double cell)
 static void judge_shape(const Proposals *all, const Built *built, Verdict *verdict)
 {
     char cell[UNITS_LENGTH], fill[96] = "", pieces[96] = "", parts[256] = "; ";
-    if (!lattice_shells_text(built->cells.shells, built->cells.size, parts + 2, sizeof parts - 2))
+    if (!lattice_shells_text(built->cells.shells, parts + 2, sizeof parts - 2))
         parts[0] = '\0';
 
     const double cells = (double)built->cells.solid, size = built->cells.size;
