@@ -71,7 +71,8 @@ TEST(a_cut_is_answered_with_what_it_severed)
         const char *body;
         double x;
         int least;
-    } cases[] = {{"box", 0.0001, 64}, {"ball", 0.2001, 20}};
+        bool costs; // a wall's finest faces need shorter steps, cells are as large as before
+    } cases[] = {{"box", 0.0001, 64, false}, {"ball", 0.2001, 20, true}};
     for (int k = 0; k < 2; k++) {
         const Reply *reply = cut_at(client, cases[k].x, cases[k].body);
         assert_string_equal(reply->channel, "PLIANT_CUT");
@@ -80,6 +81,7 @@ TEST(a_cut_is_answered_with_what_it_severed)
         assert_true(reply->separated >= cases[k].least);
         assert_true(reply->nodes_added > 0);
         assert_int_equal(reply->pieces, 2);
+        assert_true((strstr(reply->text, "times as long now") != NULL) == cases[k].costs);
         wait_until(client, saw_event(client, "cut") && saw_event(client, "piece"));
         client->events = 0;
         // Again: nothing is left to cut there.
