@@ -44,7 +44,8 @@ async function comesBack() {
     dev.stdin.write('\n');
     await until('a daemon runs again', () => running('pliantd').length === 1);
     await untilShown(page);
-    assert.equal(await page.locator('#state').textContent(), 'running');
+    // Of the new one nothing is known before its first status.
+    await until('it runs', async () => await page.locator('#state').textContent() === 'running');
 }
 
 test('the_page_outlives_a_daemon_that_is_killed', options, async () => {
