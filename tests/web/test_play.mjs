@@ -42,10 +42,16 @@ after(async () => {
 
 // Presses and moves the mouse in the bar to a part of its width.
 async function scrubTo(part) {
-    const box = await page.locator('#timeline-curve').boundingBox();
-    const x = box.x + part * (box.width - 1), y = box.y + box.height / 2;
-    await page.mouse.move(box.x + box.width / 2, y);
-    await page.mouse.down();
+    let x, y, box;
+    await until('the bar is grabbed', async () => { // it moves when a line above it grows
+        await page.mouse.up();
+        box = await page.locator('#timeline-curve').boundingBox();
+        x = box.x + part * (box.width - 1);
+        y = box.y + box.height / 2;
+        await page.mouse.move(box.x + box.width / 2, y);
+        await page.mouse.down();
+        return bar('scrubs');
+    });
     await page.mouse.move((box.x + box.width / 2 + x) / 2, y);
     await page.mouse.move(x, y);
     await page.mouse.up();
