@@ -14,6 +14,7 @@
 #include "body/integrator.h"
 #include "body/patch.h"
 #include "body/region.h"
+#include "body/remove.h"
 #include "geometry/box.h"
 
 #include <limits.h>
@@ -143,6 +144,10 @@ typedef struct BodyOps {
     // Breaks links whose strain in the current state exceeds the tissue's strength; NULL: the body
     // does not tear. As cut.
     bool (*tear)(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
+    // Takes away tissue within a remover's reach (remove.h), at most as much as fits a tick; NULL:
+    // nothing can be taken from the body. As cut.
+    bool (*remove)(Body *body, const Removal *removal, RemovalOutcome *outcome,
+                   TopologyChange *change);
     // Refines the surroundings of cuts, as much as fits a tick; NULL: never needed. As adapt.
     bool (*reconstruct)(Body *body, TopologyChange *change);
     // Moves positions by dt [s] with the current velocities; schemes of kicks only.
@@ -213,6 +218,9 @@ typedef struct BodyOps {
     // check. The ids of a body that does not change (body_changes) are constant.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
+    // Accounts for the body's tissues, by label; returns their number, writes at most `capacity`.
+    // NULL: nothing can be cut off or taken from it.
+    int (*account)(const void *model, TissueAccount *account, int capacity);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);

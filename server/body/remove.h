@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// Taking tissue away, as the interface between pipeline and bodies: what a remover takes in a tick,
+// and the account of a body's tissue. As cuts (cut.h): a model marks cells or faces as gone, once
+// for all, and all else follows from the marks. Step thread.
+#ifndef PLIANT_BODY_REMOVE_H
+#define PLIANT_BODY_REMOVE_H
+
+#include "body/cut.h"
+#include "body/region.h"
+
+typedef enum RemoverKind {
+    REMOVER_NONE,
+    REMOVER_SUCTION,   // takes what is in its mouth, the nearest first, at a rate
+    REMOVER_DRILL,     // takes what its burr overlaps
+    REMOVER_DIATHERMY, // heats what is near its electrode, and takes what boils
+} RemoverKind;
+
+// What a tool takes from one body in one tick, in the world frame.
+typedef struct Removal {
+    RemoverKind kind;
+    Region mouth;  // a capsule: mouth, burr or electrode
+    double volume; // most that may go in this call, at rest [m3]; INFINITY: no limit
+    double heat;   // that diathermy gives to the tissue in this tick [J]
+    double tick;   // [s]
+} Removal;
+
+typedef struct RemovalOutcome {
+    CutVerdict verdict; // CUT_DONE, CUT_MET_NOTHING, or one that refuses: then nothing was changed
+    int removed;        // cells of a solid, faces of a wall
+    double volume;      // of these at rest [m3]; of a wall 0
+    double area;        // of a wall [m2]; of a solid 0
+    double mass;        // [kg]
+    Vec3 momentum;      // that left with it [N s]
+    int nodes_added, pieces, small_pieces; // of the body, after it; as CutOutcome
+    int needed, room;                      // of CUT_NO_NODES, CUT_NO_FACES
+} RemovalOutcome;
+
+// The account of one tissue of a body: of a label, or of all of it. Amounts at rest: volumes [m3]
+// of solids, areas [m2] of walls. At any time at_load = attached + cut_off + removed.
+typedef struct TissueAccount {
+    const char *name; // of the label; owned by the model
+    double density;   // mass per amount [kg/m3], [kg/m2]
+    double at_load;
+    double attached; // in the main piece
+    double cut_off;  // in all other pieces
+    double removed;
+    double coagulated; // of what is present
+} TissueAccount;
+
+#endif
