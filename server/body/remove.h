@@ -25,7 +25,8 @@ typedef struct Removal {
 } Removal;
 
 typedef struct RemovalOutcome {
-    CutVerdict verdict; // CUT_DONE, CUT_MET_NOTHING, or one that refuses: then nothing was changed
+    CutVerdict verdict; // CUT_DONE: tissue is within reach, taken or still to be taken;
+                        // CUT_MET_NOTHING; or one that refuses: then nothing was changed
     int removed;        // cells of a solid, faces of a wall
     double volume;      // of these at rest [m3]; of a wall 0
     double area;        // of a wall [m2]; of a solid 0

@@ -256,6 +256,11 @@ static void print_tool_parts(const ToolOptions *tool, FILE *out)
     if (tool->kind == TOOL_BLADE)
         fprintf(out, "  edge [%.9g, %.9g, %.9g] to [%.9g, %.9g, %.9g] m\n", edge[0].x, edge[0].y,
                 edge[0].z, edge[1].x, edge[1].y, edge[1].z);
+    const Capsule *mouth = &tool->mouth;
+    if (tool->kind == TOOL_REMOVER)
+        fprintf(out, "  mouth [%.9g, %.9g, %.9g] to [%.9g, %.9g, %.9g], radius %.9g m\n",
+                mouth->from.x, mouth->from.y, mouth->from.z, mouth->to.x, mouth->to.y, mouth->to.z,
+                mouth->radius);
     if (tool->has_plane)
         fprintf(out, "  plane [%.9g, %.9g, %.9g] m, normal [%.9g, %.9g, %.9g]\n", point->x,
                 point->y, point->z, normal->x, normal->y, normal->z);
@@ -271,6 +276,9 @@ static void print_tool(const ToolOptions *tool, FILE *out)
         fprintf(out, "tool %d: blade, edge %.6g m, %d capsules, max_force %.6g N\n", tool->id,
                 vec3_length(vec3_sub(tool->edge[1], tool->edge[0])), tool->capsule_count,
                 tool->max_force);
+    else if (tool->kind == TOOL_REMOVER)
+        fprintf(out, "tool %d: remover, by %s, %d capsules, max_force %.6g N\n", tool->id,
+                scene_remover_name(tool->removes), tool->capsule_count, tool->max_force);
     else
         fprintf(out, "tool %d: %s, %d capsules, max_force %.6g N\n", tool->id,
                 tool->kind == TOOL_GRASPER ? "grasper" : "probe", tool->capsule_count,
@@ -280,6 +288,10 @@ static void print_tool(const ToolOptions *tool, FILE *out)
                 "  grip stiffness %.6g of 100 times the body's (of the body's with rk4 and "
                 "implicit), damping ratio %.6g\n",
                 tool->grip_stiffness, tool->grip_damping);
+    if (tool->removes == REMOVER_SUCTION)
+        fprintf(out, "  takes %.6g mm3/s\n", tool->rate_mm3_s);
+    if (tool->removes == REMOVER_DIATHERMY)
+        fprintf(out, "  heats with %.6g W\n", tool->power);
     print_tool_parts(tool, out);
 }
 

@@ -268,6 +268,8 @@ static void add_tool(uint64_t *hash, const ToolOptions *tool)
         add_keys(hash, &PLANE_TABLE, &tool->plane);
     for (int i = 0; i < 2 && tool->kind == TOOL_BLADE; i++)
         fnv_vector(hash, tool->edge[i]);
+    if (tool->kind == TOOL_REMOVER)
+        add_keys(hash, &CAPSULE_TABLE, &tool->mouth);
 }
 
 static void add_attachment(uint64_t *hash, const AttachmentOptions *attachment)

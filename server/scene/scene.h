@@ -191,6 +191,8 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
 
 // Returns the word of scenes: "surface", or "voxel" for bodies of cells.
 const char *scene_model_name(SceneModel model);
+// Returns the word with which a scene names a kind of remover.
+const char *scene_remover_name(RemoverKind kind);
 // True for bodies made of cells: voxel and plane ones.
 static inline bool scene_has_cells(const SceneBody *body)
 {

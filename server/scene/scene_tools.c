@@ -6,14 +6,25 @@
 
 typedef struct ToolGroup {
     ToolOptions tool; // first: offsets of rows are the same in ToolOptions
-    const config_setting_t *capsules, *plane, *edge;
+    const config_setting_t *capsules, *plane, *edge, *mouth;
 } ToolGroup;
 
-static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},
-                                        {"static", TOOL_STATIC},
-                                        {"blade", TOOL_BLADE},
-                                        {"grasper", TOOL_GRASPER},
-                                        {NULL, 0}};
+static const OptionWord KIND_WORDS[] = {{"probe", TOOL_PROBE},     {"static", TOOL_STATIC},
+                                        {"blade", TOOL_BLADE},     {"grasper", TOOL_GRASPER},
+                                        {"remover", TOOL_REMOVER}, {NULL, 0}};
+
+static const OptionWord REMOVER_WORDS[] = {{"suction", REMOVER_SUCTION},
+                                           {"drill", REMOVER_DRILL},
+                                           {"diathermy", REMOVER_DIATHERMY},
+                                           {NULL, 0}};
+
+const char *scene_remover_name(RemoverKind kind)
+{
+    for (const OptionWord *word = REMOVER_WORDS; word->word != NULL; word++)
+        if (word->value == (int)kind)
+            return word->word;
+    return "";
+}
 
 static bool has_kind(const Scene *scene, ToolKind kind)
 {
@@ -33,6 +44,11 @@ static bool has_blade(const OptionPlace *place)
     return has_kind(place->scene, TOOL_BLADE);
 }
 
+static bool has_remover(const OptionPlace *place)
+{
+    return has_kind(place->scene, TOOL_REMOVER);
+}
+
 #define AT(member) offsetof(ToolGroup, member)
 static const Option TOOL_OPTIONS[] = {
     {"id", OPTION_INT, AT(tool.id), "", 0.0, INT_MAX, .required = true, .physics = true,
@@ -40,10 +56,11 @@ static const Option TOOL_OPTIONS[] = {
     {"kind", OPTION_WORD, AT(tool.kind), "", .words = KIND_WORDS, .required = true, .physics = true,
      .about = "Probe: moved by messages. Static: fixed in the world. Blade: moved by messages, "
               "cuts along its edge. Grasper: moved by messages; when it closes, it grasps the "
-              "nodes inside its capsules."},
+              "nodes inside its capsules. Remover: moved by messages; takes tissue away at its "
+              "mouth while its grip is closed, as by a pedal."},
     {"capsules", OPTION_LIST, AT(capsules), "",
      .about = "Its shape: up to 8 groups, at least one for a probe; for a blade the part that "
-              "pushes, its back."},
+              "pushes, its back; for a remover its shaft, up to 7."},
     {"plane", OPTION_GROUP, AT(plane), "", .about = "A half space; static tools only."},
     {"max_force", OPTION_REAL, AT(tool.max_force), "N", 0.0, FORCE_LIMIT, .open = true,
      .preset = 3.3, .physics = true, .idle = {&IDLE_TOUCHES_NOTHING},
@@ -69,6 +86,20 @@ static const Option TOOL_OPTIONS[] = {
     {"edge", OPTION_LIST, AT(edge), "m", .preset_text = "required of a blade",
      .feature = {.name = "blades", has_blade, "kind = \"blade\" in tools"},
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
+    {"removes_by", OPTION_WORD, AT(tool.removes), "", .words = REMOVER_WORDS,
+     .preset_text = "required of a remover", .physics = true,
+     .feature = {.name = "removers", has_remover, "kind = \"remover\" in tools"},
+     .about =
+         "Suction: takes what is in its mouth, the nearest first, at a rate. Drill: takes what "
+         "its burr touches, and pushes the rest. Diathermy: heats what its electrode touches, "
+         "and takes what boils."},
+    {"mouth", OPTION_GROUP, AT(mouth), "", .preset_text = "required of a remover",
+     .about = "Where a remover takes tissue, as one of `capsules`: the mouth of a tube, a burr, an "
+              "electrode."},
+    {"rate_mm3_s", OPTION_REAL, AT(tool.rate_mm3_s), "mm3/s", 0.0, 1e6, .open = true,
+     .preset = 100.0, .physics = true, .about = "Volume that suction takes."},
+    {"power", OPTION_REAL, AT(tool.power), "W", 0.0, 1e3, .open = true, .preset = 30.0,
+     .physics = true, .about = "Heat that diathermy gives to tissue."},
 };
 #undef AT
 const OptionTable TOOL_TABLE = OPTION_TABLE("tools", "One tool.", TOOL_OPTIONS);
@@ -135,6 +166,53 @@ static bool read_edge(const SceneReader *reader, const config_setting_t *group,
            option_fail(source, list, "edge has no length: its two ends are the same");
 }
 
+static bool read_mouth(const SceneReader *reader, const config_setting_t *group,
+                       const config_setting_t *mouth, ToolOptions *tool)
+{
+    static const struct {
+        const char *key;
+        RemoverKind of; // REMOVER_NONE: of each
+    } KEYS[] = {{"removes_by", REMOVER_NONE},
+                {"mouth", REMOVER_NONE},
+                {"rate_mm3_s", REMOVER_SUCTION},
+                {"power", REMOVER_DIATHERMY}};
+    const OptionSource *source = &reader->source;
+    const bool removes = tool->kind == TOOL_REMOVER;
+    // Keys of other kinds of tools, and of other removers.
+    for (size_t i = 0; i < sizeof KEYS / sizeof *KEYS; i++) {
+        const config_setting_t *at = option_find(group, KEYS[i].key);
+        if (at != NULL && !removes)
+            return option_fail(source, at, "%s means something for a remover only", KEYS[i].key);
+        if (at != NULL && KEYS[i].of != REMOVER_NONE && tool->removes != KEYS[i].of &&
+            tool->removes != REMOVER_NONE)
+            return option_fail(source, at, "%s means nothing for a remover by %s, only for %s",
+                               KEYS[i].key, scene_remover_name(tool->removes),
+                               scene_remover_name(KEYS[i].of));
+    }
+    if (!removes)
+        return true;
+    if (tool->removes == REMOVER_NONE)
+        return option_fail(source, group,
+                           "remover %d does not say how it removes tissue: removes_by = "
+                           "\"suction\", \"drill\" or \"diathermy\"",
+                           tool->id);
+    if (mouth == NULL)
+        return option_fail(source, group, "remover %d has no mouth: { radius = ...; }", tool->id);
+    if (!option_read(&CAPSULE_TABLE, mouth, source, &tool->mouth))
+        return false;
+    if (!option_given(mouth, "to"))
+        tool->mouth.to = tool->mouth.from;
+    if (tool->removes != REMOVER_DRILL)
+        return true;
+    // A burr pushes, too.
+    if (tool->capsule_count == TOOL_SHAPES)
+        return option_fail(source, option_find(group, "capsules"),
+                           "capsules has %d entries, at most %d of a drill: its burr is one more",
+                           TOOL_SHAPES, TOOL_SHAPES - 1);
+    tool->capsule[tool->capsule_count++] = tool->mouth;
+    return true;
+}
+
 bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, ToolOptions *tool)
 {
     ToolGroup raw = {0};
@@ -171,8 +249,11 @@ bool scene_read_tool(const SceneReader *reader, const config_setting_t *group, T
                                i == 0 ? "yields" : "moves");
     if (!read_edge(reader, group, raw.edge, tool))
         return false;
-    // Every tool but a blade needs a shape to collide with.
-    if (tool->kind != TOOL_BLADE && tool->capsule_count == 0 && !tool->has_plane)
+    if (!read_mouth(reader, group, raw.mouth, tool))
+        return false;
+    // Every tool but blades and removers needs a shape to collide with.
+    if (tool->kind != TOOL_BLADE && tool->kind != TOOL_REMOVER && tool->capsule_count == 0 &&
+        !tool->has_plane)
         return option_fail(source, group, "tool %d has no shape: give it capsules%s", tool->id,
                            moved ? "" : " or a plane");
     return true;

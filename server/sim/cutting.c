@@ -18,8 +18,6 @@
 // An end of a blade that moves faster than any hand starts a new stroke.
 #define BLADE_FASTEST 100.0 // [m/s]
 
-#define NEVER (INT64_MIN / 2) // a step long before the first
-
 // A sweep with less than this length, or an area within rounding of millimetres, is empty [m],
 // [m2].
 static const double NO_LENGTH = 1e-9;
@@ -55,8 +53,8 @@ static void create_body(Sim *sim, int b)
     Cutting *cutting = sim->cutting;
     int blades = cutting->blade_count;
     BodyCuts *cuts = arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *cuts, "%s/cuts", body->name);
-    *cuts =
-        (BodyCuts){.pieces = sim->pieces_at_load[b], .reported_step = NEVER, .refused_step = NEVER};
+    *cuts = (BodyCuts){
+        .pieces = sim->pieces_at_load[b], .reported_step = STEP_NEVER, .refused_step = STEP_NEVER};
     state_add(sim->state, cuts, sizeof *cuts, "%s/cuts", body->name);
     cutting->cuts[b] = cuts;
     if (body->ops->cut == NULL || blades == 0)
@@ -105,7 +103,7 @@ void cutting_settled(Sim *sim)
         return;
     for (int b = 0; b < sim->body_count; b++)
         if (sim->cutting->cuts[b] != NULL)
-            sim->cutting->cuts[b]->reported_step = sim->cutting->cuts[b]->refused_step = NEVER;
+            sim->cutting->cuts[b]->reported_step = sim->cutting->cuts[b]->refused_step = STEP_NEVER;
 }
 
 static bool edge_finite(const BladeEdge *edge)
@@ -113,10 +111,9 @@ static bool edge_finite(const BladeEdge *edge)
     return vec3_finite(edge->end[0]) && vec3_finite(edge->end[1]);
 }
 
-// True for a step in the past, or NEVER.
-static bool was(const Sim *sim, int64_t step)
+bool cutting_was(const Sim *sim, int64_t step)
 {
-    return step == NEVER || (step >= 0 && step <= sim->clock->step);
+    return step == STEP_NEVER || (step >= 0 && step <= sim->clock->step);
 }
 
 bool cutting_check(const Sim *sim)
@@ -126,7 +123,7 @@ bool cutting_check(const Sim *sim)
         if (cuts == NULL)
             continue;
         if (cuts->pieces < 0 || cuts->pieces > INT_MAX || cuts->torn < 0 || cuts->torn_nodes < 0 ||
-            !was(sim, cuts->reported_step) || !was(sim, cuts->refused_step))
+            !cutting_was(sim, cuts->reported_step) || !cutting_was(sim, cuts->refused_step))
             return false;
         for (int k = 0; k < stroke_count(sim, b); k++) {
             const Stroke *stroke = &sim->cutting->stroke[b][k];
@@ -148,7 +145,7 @@ static bool is_due(const Sim *sim, int64_t last, double seconds)
     return (double)(sim->clock->step - last) * sim->tick >= seconds;
 }
 
-static void note_pieces(Sim *sim, int b, int pieces)
+void cutting_note_pieces(Sim *sim, int b, int pieces)
 {
     BodyCuts *cuts = sim->cutting->cuts[b];
     if (pieces > cuts->pieces)
@@ -216,7 +213,7 @@ static void sweep_body(Sim *sim, int b, const CutSweep *sweep, CutOutcome *outco
     Sweeping sweeping = {sweep, outcome};
     change_body(sim, b, sweep_once, &sweeping);
     if (outcome->verdict == CUT_DONE)
-        note_pieces(sim, b, outcome->pieces);
+        cutting_note_pieces(sim, b, outcome->pieces);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -355,7 +352,7 @@ static bool tear_once(Sim *sim, int b, void *context, TopologyChange *change)
     cuts->torn += outcome.separated; // also those not visible yet
     cuts->torn_nodes += outcome.nodes_added;
     if (outcome.verdict == CUT_DONE)
-        note_pieces(sim, b, outcome.pieces);
+        cutting_note_pieces(sim, b, outcome.pieces);
     return changed;
 }
 
@@ -378,7 +375,7 @@ static bool reconstruct_once(Sim *sim, int b, void *context, TopologyChange *cha
 {
     (void)context;
     const bool changed = sim->body[b].ops->reconstruct(&sim->body[b], change);
-    note_pieces(sim, b, change->pieces);
+    cutting_note_pieces(sim, b, change->pieces);
     return changed;
 }
 

@@ -5,6 +5,8 @@
 
 #include "sim/sim_data.h"
 
+#define STEP_NEVER (INT64_MIN / 2) // long before the first
+
 enum { STROKE_BROKEN = 1, STROKE_LIFTED };
 
 // One blade in one body; plain data, part of the state.
@@ -38,6 +40,10 @@ void reconstruct_stage(Sim *sim);
 void cutting_lift(Sim *sim, int tool);
 // Ends the strokes in a restored body: the jump of its links is no motion that a blade cuts.
 void cutting_break_off(Sim *sim, int body);
+// Reports a body that is in more pieces than before; 0: unknown.
+void cutting_note_pieces(Sim *sim, int body, int pieces);
+// True for a step in the past, or STEP_NEVER.
+bool cutting_was(const Sim *sim, int64_t step);
 // True if the state read from a checkpoint is consistent.
 bool cutting_check(const Sim *sim);
 

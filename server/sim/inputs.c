@@ -7,6 +7,7 @@
 #include "sim/cutting.h"
 #include "sim/events.h"
 #include "sim/guard/guard.h"
+#include "sim/removing.h"
 #include "sim/time_step.h"
 
 #include <limits.h>
@@ -93,7 +94,7 @@ bool sim_check(const Sim *sim)
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
-           guard_check(sim) && (sim->ties == NULL || ties_check(sim));
+           removing_check(sim) && guard_check(sim) && (sim->ties == NULL || ties_check(sim));
 }
 
 // A mesh changes about once per tick at most: clients of another run have no number this high.

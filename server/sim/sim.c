@@ -5,6 +5,7 @@
 #include "sim/sim_data.h"
 #include "sim/hold/tie.h"
 #include "sim/cutting.h"
+#include "sim/removing.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
 #include "sim/estimate.h"
@@ -301,6 +302,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         joint_stiffen(sim->joint[k]);
     // Everything else that the scene needs, each when its inputs are known.
     cutting_create(sim);
+    removing_create(sim);
     time_step_join(sim);
     create_contacts(sim);
     create_attachments(sim);

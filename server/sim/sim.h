@@ -21,6 +21,7 @@ typedef enum StageId {
     STAGE_TOOLS,         // place tools, withdraw stale ones
     STAGE_LOADS,         // start and end loads
     STAGE_CUT,           // strokes of blades, tearing
+    STAGE_REMOVE,        // take tissue away
     STAGE_RECONSTRUCT,   // refine the surroundings of cuts
     STAGE_ADAPT,         // refine and coarsen
     STAGE_GRASP,         // grasp and release
@@ -109,8 +110,9 @@ enum { SIM_EVENTS = 64, SIM_EVENT_TEXT = 184 };
 typedef struct SimEvent {
     int64_t step; // ticks completed when it happened
     int body;
-    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused", "restored",
-                      // "withdrawn", "tie_broken"
+    const char *kind; // "cut" (a stroke ended), "tear", "piece", "cut_refused", "remove" (a
+                      // pedal was released), "remove_refused", "restored", "withdrawn",
+                      // "tie_broken"
     char text[SIM_EVENT_TEXT];
 } SimEvent;
 

@@ -38,6 +38,7 @@ typedef struct Cutting Cutting;     // cutting.h
 typedef struct Estimator Estimator; // estimate.h
 typedef struct EventRing EventRing; // events.h
 typedef struct Guard Guard;         // guard/guard.h
+typedef struct Removing Removing;   // removing.h
 typedef struct TiePool TiePool;     // hold/tie.h
 
 struct Sim {
@@ -65,6 +66,7 @@ struct Sim {
     int *contact_start; // [body_count + 1]
     LoadSet loads;
     Cutting *cutting;              // NULL: no body can be cut
+    Removing *removing;            // NULL: nothing can be taken away
     Attachment **scene_attachment; // [capacity.attachments] as given
     int scene_attachment_count;
     Attachment **joint; // [joint_count] those to bodies, of the scene, then of ties

@@ -9,6 +9,7 @@
 #include "sim/events.h"
 #include "sim/guard/guard.h"
 #include "sim/follow.h"
+#include "sim/removing.h"
 #include "sim/time_step.h"
 
 static bool always(const Sim *sim)
@@ -81,6 +82,11 @@ static bool has_cuts(const Sim *sim)
             sim->body[b].ops->tear != NULL)
             return true;
     return false;
+}
+
+static bool has_removers(const Sim *sim)
+{
+    return sim->removing != NULL;
 }
 
 static bool has_levels_to_cut(const Sim *sim)
@@ -580,6 +586,7 @@ static const struct {
     [STAGE_TOOLS] = {"tools", has_probes, place_tools},
     [STAGE_LOADS] = {"loads", has_loads, start_and_end_loads},
     [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
+    [STAGE_REMOVE] = {"remove", has_removers, removing_stage},
     [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
     [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
     [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},

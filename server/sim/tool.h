@@ -4,6 +4,7 @@
 #define PLIANT_SIM_TOOL_H
 
 #include "base/vec.h"
+#include "body/remove.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,6 +16,7 @@ typedef enum ToolKind {
     TOOL_STATIC,  // never moves; planes and capsules in the world frame
     TOOL_BLADE,   // moved by poses; cuts along its edge; its capsules (the back), if any, push
     TOOL_GRASPER, // moved by poses; grasps the nodes in its capsules when it closes
+    TOOL_REMOVER, // moved by poses; takes tissue away at its mouth while its pedal is down
     TOOL_KIND_COUNT,
 } ToolKind;
 
@@ -36,8 +38,12 @@ typedef struct ToolOptions {
     Capsule capsule[TOOL_SHAPES];
     bool has_plane; // static tools only
     Plane plane;
-    Vec3 edge[2];     // of blades: the ends, in the tool frame [m]
-    double max_force; // [N], of tools moved by poses: the proxy yields beyond it; > 0
+    Vec3 edge[2]; // of blades: the ends, in the tool frame [m]
+    RemoverKind removes;
+    Capsule mouth;     // of removers: mouth, burr or electrode; a burr is also the last capsule
+    double rate_mm3_s; // of suction
+    double power;      // of diathermy [W]
+    double max_force;  // [N], of tools moved by poses: the proxy yields beyond it; > 0
     bool has_friction;
     double friction;       // mu, if the tool has its own; else that of the body
     double grip_stiffness; // of graspers: g, relative to the body's own stiffness (attachment.h)

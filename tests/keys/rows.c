@@ -539,6 +539,21 @@ const KeyRow KEY_ROWS[] = {
     {MOVES(TOOL, edge, ALL, TOOLS, BLADE,
            "tools = ( " TOOL("2", "blade", "edge = ([0.0, 0.0, -0.1], [0.03, 0.0, 0.1]);") " );"),
      .also = {{BODY, "cuttable = true;"}}},
+#define TAKING(by, mouth)                                                                          \
+    "tools = ( " TOOL("5", "remover", "removes_by = \"" by "\"; mouth = { " mouth " };") " );"
+    {REFUSES_FROM(TOOL, removes_by, ALL, TOOLS, TAKING("suction", "radius = 0.02;"),
+                  "tools = ( " TOOL("5", "remover", "mouth = { radius = 0.02; };") " );",
+                  "does not say how it removes tissue")},
+    {REFUSES_FROM(TOOL, mouth, ALL, TOOLS, TAKING("suction", "radius = 0.02;"),
+                  "tools = ( " TOOL("5", "remover", "removes_by = \"suction\";") " );",
+                  "remover 5 has no mouth")},
+    {REFUSES_FROM(TOOL, rate_mm3_s, ALL, TOOLS, TAKING("drill", "radius = 0.02;"),
+                  "tools = ( " TOOL("5", "remover",
+                                    "removes_by = \"drill\"; rate_mm3_s = 5; mouth "
+                                    "= { radius = 0.02; };") " );",
+                  "rate_mm3_s means nothing for a remover by drill, only for suction")},
+    {REFUSES_FROM(TOOL, power, ALL, TOOLS, PROBE(""), PROBE("power = 5;"),
+                  "power means something for a remover only")},
     {MOVES(CAPSULE, from, ALL, TOOLS, PROBE(""),
            "tools = ( " TOOL("1", "probe",
                              "capsules = ( { radius = 0.01; from = [0.01, 0, 0]; } );") " );")},
