@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One page's WebSocket.
 #include "site.h"
+#include "path.h"
 #include "requests.h"
 #include "websocket.h"
 
@@ -30,7 +31,7 @@ typedef struct Page {
     int64_t opened_ns, asked_ns, frame_ns, stopped_ns, paced_ns; // 0: not (yet)
     bool answered;
     uint32_t sequence;
-    pliant_tool_pose_t held[BOARD_TOOLS]; // newest poses of the tools that the page has activated
+    ToolPath held[BOARD_TOOLS]; // of the tools that the page has activated
     int held_count;
     WebSocket socket;
 } Page;
@@ -89,33 +90,15 @@ static void refuse(Page *page, int32_t id, const char *why)
     board_send(page->shared->board, page->slot->sender, text_error(id, why));
 }
 
-// Remembers a tool to withdraw when the page closes. Returns false if it drives too many tools.
-static bool hold(Page *page, const pliant_tool_pose_t *pose)
-{
-    int k = 0;
-    // Tools that the page moves are withdrawn when it goes.
-    while (k < page->held_count && page->held[k].tool != pose->tool)
-        k++;
-    if (!pose->active) {
-        if (k < page->held_count)
-            page->held[k] = page->held[--page->held_count];
-        return true;
-    }
-    if (k == BOARD_TOOLS)
-        return false;
-    page->held[k] = *pose;
-    page->held_count += k == page->held_count;
-    return true;
-}
-
-static void publish_pose(Page *page, pliant_tool_pose_t *pose)
+static void publish_pose(Page *page, const pliant_tool_pose_t *placed)
 {
     char channel[CLIENT_CHANNEL_MAX];
     requests_channel(page->shared->requests, "TOOL_POSE", channel);
-    pose->utime = client_utime();
-    pose->sender = page->slot->sender;
-    pose->sequence = (int32_t)page->sequence++;
-    pliant_tool_pose_t_publish(page->shared->client->lcm, channel, pose);
+    pliant_tool_pose_t pose = *placed;
+    pose.utime = client_utime();
+    pose.sender = page->slot->sender;
+    pose.sequence = (int32_t)page->sequence++;
+    pliant_tool_pose_t_publish(page->shared->client->lcm, channel, &pose);
 }
 
 static void move_tool(Page *page, const Ask *ask)
@@ -124,11 +107,34 @@ static void move_tool(Page *page, const Ask *ask)
         .tool = ask->pose.tool, .grip = ask->pose.grip, .active = ask->pose.active};
     memcpy(pose.position, ask->pose.position, sizeof pose.position);
     memcpy(pose.orientation, ask->pose.orientation, sizeof pose.orientation);
-    if (!hold(page, &pose)) {
+    const int64_t now = client_now_ns();
+    int k = 0;
+    while (k < page->held_count && page->held[k].last.tool != pose.tool)
+        k++;
+    if (k < page->held_count) {
+        if (!path_take(&page->held[k], &pose, ask->pose.time, now))
+            return; // later
+    } else if (pose.active && k == BOARD_TOOLS) {
         refuse(page, 0, "tool: this page drives too many tools");
         return;
+    } else if (pose.active) {
+        path_begin(&page->held[page->held_count++], &pose, ask->pose.time, now);
     }
     publish_pose(page, &pose);
+}
+
+// Moves the page's tools along their paths.
+static void move_on(Page *page)
+{
+    const int64_t now = client_now_ns();
+    for (int k = page->held_count - 1; k >= 0; k--) {
+        ToolPath *path = &page->held[k];
+        pliant_tool_pose_t pose;
+        if (path_turn(path, now, &pose))
+            publish_pose(page, &pose);
+        if (!path->last.active && path->count == 0)
+            *path = page->held[--page->held_count];
+    }
 }
 
 static void ask_workbench(Page *page, const Ask *ask)
@@ -216,6 +222,7 @@ static int take_frames(Page *page)
         keep_pace(page);
         if (!take_frame(page, &frame))
             return WEBSOCKET_GOING_AWAY;
+        move_on(page);
     }
     return -taken;
 }
@@ -254,7 +261,8 @@ static int read_frames(Page *page)
         int reason = take_frames(page);
         if (reason)
             return reason;
-        int come = websocket_read(&page->socket, LOOK_MS);
+        int come = websocket_read(&page->socket, page->held_count > 0 ? PATH_STEP_MS : LOOK_MS);
+        move_on(page);
         if (come < 0)
             break;
         page->answered = page->answered || come > 0;
@@ -268,8 +276,8 @@ static void leave(Page *page, int reason)
 {
     // First what others wait for: release its tools.
     for (int k = 0; k < page->held_count; k++) {
-        page->held[k].active = false;
-        publish_pose(page, &page->held[k]);
+        page->held[k].last.active = false;
+        publish_pose(page, &page->held[k].last);
     }
     requests_forget(page->shared->requests, page->slot->sender);
     if (reason != WEBSOCKET_GOING_AWAY) // else the writer sends it, unless it waits for the page

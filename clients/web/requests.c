@@ -21,6 +21,7 @@ static const double POSITION_MAX = 1e3; // [m]
 static const double FORCE_MAX = 1e6;    // [N]
 static const double DURATION_MAX = 3600.0;
 static const double STEPS_MAX = 1e7;
+static const double TIME_MAX = 1e9;    // [s]
 static const double UNIT_SLACK = 1e-3; // tolerance of a quaternion's length
 
 // --- numbers ---
@@ -130,6 +131,10 @@ static bool take_tool(const json_t *object, Ask *ask, PliantError *error)
         return false;
     if (!json_is_boolean(active))
         return client_fail(error, "active: expected true or false");
+    const json_t *time = json_object_get(object, "time");
+    ask->pose.time = -1.0;
+    if (time && !take_number(time, "time", 0.0, TIME_MAX, &ask->pose.time, error))
+        return false;
     // Slightly off is put right; more is an error of the page.
     double *q = ask->pose.orientation, length = 0.0;
     for (int k = 0; k < 4; k++)

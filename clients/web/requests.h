@@ -48,6 +48,7 @@ typedef struct Ask {
             double position[3];    // [m]
             double orientation[4]; // w x y z, unit
             double grip;           // [0, 1]
+            double time;           // by the page's clock [s]; negative: not given
             bool active;
         } pose;
         struct {

@@ -10,6 +10,7 @@ import { lengthText } from './units.js';
 import { Pose, hold } from './pose.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
+const SLOWEST_TICK = 100;         // [ms] that count of a longer time between two
 const APART = 0.03;               // of the scene's size: from where a tool approaches
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
@@ -181,8 +182,11 @@ export class Hand {
             depth: 0, started: performance.now(), sent: -Infinity, ...hold(stage, probe, ray.direction) };
     }
 
+    // While the page was busy the browser has kept the pointer's way: a blade cuts along all of it.
     move(event) {
-        if (this.drag?.pointer === event.pointerId) this.follow(event);
+        if (this.drag?.pointer !== event.pointerId) return;
+        const way = event.getCoalescedEvents?.() ?? [];
+        for (const one of way.length ? way : [event]) this.follow(one);
     }
 
     follow(event) {
@@ -193,7 +197,7 @@ export class Hand {
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
         if (!ray.intersectPlane(this.plane, this.at)) return;
-        if (drag.tool) this.send();
+        if (drag.tool) this.send(event.timeStamp);
     }
 
     // Deeper with time, up to the chosen depth; repeats poses before they expire.
@@ -202,20 +206,23 @@ export class Hand {
         if (!drag || drag.kind === 'cut' || drag.kind === 'tie') return;
         const now = performance.now();
         const { stage, settings } = this.world;
-        const step = settings.speed * stage.size * TICK / 1000;
+        const passed = now - (drag.ticked ?? now - TICK);
+        const step = settings.speed * stage.size * Math.min(passed, SLOWEST_TICK) / 1000;
+        drag.ticked = now;
         const before = drag.advance;
         this.tell();
         drag.advance += Math.min(Math.max(drag.depth - drag.advance, -2 * step), step);
+        if (passed > SLOWEST_TICK) return; // the pointer's way since then comes first
         if (drag.advance !== before || now - drag.sent >= REPEAT) this.send();
     }
 
-    send() {
+    send(time) {
         const { drag, place } = this;
         drag.sent = performance.now();
         // The surface of a probe's tip touches the point; the middle of jaws does.
         const back = drag.kind === 'press' ? drag.radius : 0;
         place.copy(this.at).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
-        this.pose.send(drag, place, drag.grip ?? 0);
+        this.pose.send(drag, place, drag.grip ?? 0, time);
     }
 
     /** A reply to a request, or that none will come (`{id, ok: false, text}`). */

@@ -25,17 +25,19 @@ export function hold(stage, tool, direction) {
 export class Pose {
     constructor(link) {
         this.link = link;
-        this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0, active: false };
+        this.message = { type: 'tool', tool: 0, position: [0, 0, 0], orientation: [1, 0, 0, 0], grip: 0, time: 0,
+            active: false };
     }
 
-    /** `held` as of hold(); `place`: of the tool's origin. */
-    send(held, place, grip) {
+    /** `held` as of hold(); `place`: of the tool's origin; `time`: when it was there [ms], as of performance.now(). */
+    send(held, place, grip, time = performance.now()) {
         const { message } = this;
         const { x, y, z, w } = held.turn;
         message.tool = held.tool.id;
         place.toArray(message.position);
         message.orientation = [w, x, y, z];
         message.grip = grip;
+        message.time = Math.max(time / 1000, message.time); // timers may be ahead of events that waited
         message.active = true;
         return this.link.send(message);
     }
@@ -45,6 +47,7 @@ export class Pose {
         if (!this.message.active) return;
         this.message.active = false;
         this.message.grip = 0;
+        this.message.time = performance.now() / 1000;
         this.link.send(this.message);
     }
 }
