@@ -14,7 +14,8 @@ const SLOWEST_TICK = 100;         // [ms] that count of a longer time between tw
 const APART = 0.03;               // of the scene's size: from where a tool approaches
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
-const STROKE_ENDS = 1000;         // [ms] after which a blade's stroke that no event reports has cut nothing
+const STROKE_ENDS = 1000;         // [ms] after the blade's withdrawal; what no event has reported by then cut nothing
+const STROKE_WAITS = 8;           // so often, for a blade that is still on its way
 
 // Why nothing is pressed or pulled: the scene has no tool of that kind, and this line adds one; or the other hand has it.
 function withoutTool(kind, tools, size) {
@@ -48,7 +49,7 @@ export class Hand {
         this.ties = new Ties(world, trail);
         this.timer = 0;
         this.chosen = null; // id of the tool that its kind of drag uses; null: the first
-        this.stroke = null; // the newest of a blade: {tool, cut, why (what was reported), over}
+        this.stroke = null; // the newest of a blade: {tool, cut (what was reported), why (it was not), over}
         this.touch = matchMedia('(pointer: coarse)').matches; // a finger, until a mouse is used
         this.pick = this.pick.bind(this);
         this.pose = new Pose(world.link);
@@ -133,7 +134,7 @@ export class Hand {
         if (!this.drag) return; // the camera's
         stage.controls.enabled = false;
         this.drag.pointer = event.pointerId;
-        this.stroke = this.drag.kind === 'blade' ? { tool: this.drag.tool, cut: '', why: '', over: false } : null;
+        this.stroke = this.drag.kind === 'blade' ? { tool: this.drag.tool, cut: [], why: '', over: false } : null;
         stage.canvas.setPointerCapture(event.pointerId);
         stage.canvas.style.cursor = this.cursor(intent);
         this.world.told('');
@@ -237,16 +238,26 @@ export class Hand {
         const { drag, stroke } = this;
         if (drag?.kind === 'pull' && drag.tool.id === Number(id) && /^(grasp|slipped)$/.test(kind))
             drag.slipped = kind === 'slipped';
-        if (stroke?.tool.id !== Number(id) || !/^cut/.test(kind)) return;
-        stroke[kind === 'cut' ? 'cut' : 'why'] = said;
+        if (stroke && kind === 'stopped') stroke.why = `the server stood still ${text}`;
+        else if (stroke?.tool.id !== Number(id) || !/^(cut|cut_refused|jump|withdrawn)$/.test(kind)) return;
+        else if (kind === 'cut') stroke.cut.push(said);
+        else stroke.why = said;
         if (stroke.over) this.tellStroke(stroke);
     }
 
-    // What came of a blade's stroke.
+    // What came of a blade's stroke: what was cut, by body, and why the rest was not.
     tellStroke(stroke) {
         if (stroke !== this.stroke || this.drag) return; // another one follows
         const { tool, cut, why } = stroke;
-        this.world.told(cut ? `Cut: ${cut}` : `Nothing was cut: ${why || `${tool.title} met no tissue that is cuttable`}`);
+        this.world.told(!cut.length ? `Nothing was cut: ${why || `${tool.title} met no tissue that is cuttable`}`
+            : `Cut: ${cut.join('; ')}${why ? `. Not on all of the way: ${why}` : ''}`);
+    }
+
+    awaitStroke(stroke, waits = STROKE_WAITS) {
+        setTimeout(() => {
+            if (stroke.tool.active && waits > 1) this.awaitStroke(stroke, waits - 1);
+            else if (!stroke.cut.length) this.tellStroke(stroke);
+        }, STROKE_ENDS);
     }
 
     /** For another scene: what is still to come belongs to the last one. */
@@ -270,7 +281,8 @@ export class Hand {
             this.world.told(`Pressing: ${deep} of ${most} past the first touch${drag.advance > 0 && !drag.tool.touching
                 ? ', but the probe touches nothing' : ''} · ${depth}`);
         } else if (drag.kind === 'blade') {
-            this.world.told(`Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · ${depth}`);
+            this.world.told(drag.tool.active && !drag.tool.ours ? `Another client moves ${drag.tool.title}`
+                : `Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · ${depth}`);
         } else if (drag.slipped) {
             this.world.told(slipped(drag.tool));
         } else if (!drag.tool.touching && now - drag.started > HELD_AFTER) {
@@ -309,7 +321,7 @@ export class Hand {
         if (drag.kind !== 'blade') return;
         const { stroke } = this;
         stroke.over = true;
-        if (stroke.cut || stroke.why) this.tellStroke(stroke);
-        else setTimeout(() => { if (!stroke.cut && !stroke.why) this.tellStroke(stroke); }, STROKE_ENDS);
+        if (stroke.cut.length || stroke.why) this.tellStroke(stroke);
+        this.awaitStroke(stroke);
     }
 }

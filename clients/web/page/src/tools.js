@@ -148,6 +148,7 @@ export class Tools {
             turn.y === y && turn.z === z && this.isNear(tool.position, pose.position);
         const seen = (tool.active || pose.active) && !same;
         tool.active = pose.active;
+        tool.ours = pose.ours;
         tool.poseAt = now;
         tool.position.fromArray(pose.position);
         turn.set(x, y, z, w);
