@@ -381,6 +381,10 @@ typedef struct SolidMaterial {
     double youngs_modulus; // E [Pa]
     double poisson_ratio;  // nu, [0, 0.49]; 0 with the law of Miyazaki et al. 2004
     double density;        // rho [kg/m3]
+    // Tension at rest, which opens cuts of solids [Pa], and its direction in the world at load, of
+    // any length; 0: the same in all directions.
+    double prestress;
+    Vec3 prestress_axis;
 } SolidMaterial;
 
 // Returns a body with the fields that follow from the options; the model sets the others.

@@ -140,6 +140,24 @@ static bool labels_have_density(const OptionPlace *place)
     return labels_have(place, "density");
 }
 
+static bool labels_have_prestress(const OptionPlace *place)
+{
+    return labels_have(place, "prestress");
+}
+
+static bool labels_have_axis(const OptionPlace *place)
+{
+    return labels_have(place, "prestress_axis");
+}
+
+static bool has_no_prestress(const OptionPlace *place)
+{
+    for (int i = 0; i < place->body->voxel.material_count; i++)
+        if (place->body->material[i].prestress > 0.0)
+            return false;
+    return true;
+}
+
 // --- tools ---
 
 static bool touches_nothing(const OptionPlace *place)
@@ -171,6 +189,10 @@ const OptionIdle IDLE_LABELS_HAVE_MODULUS = {labels_have_modulus,
 const OptionIdle IDLE_LABELS_HAVE_RATIO = {labels_have_ratio, "materials give it for each label"};
 const OptionIdle IDLE_LABELS_HAVE_DENSITY = {labels_have_density,
                                              "materials give it for each label"};
+const OptionIdle IDLE_LABELS_HAVE_PRESTRESS = {labels_have_prestress,
+                                               "materials give it for each label"};
+const OptionIdle IDLE_LABELS_HAVE_AXIS = {labels_have_axis, "materials give it for each label"};
+const OptionIdle IDLE_HAS_NO_PRESTRESS = {has_no_prestress, "prestress is 0"};
 const OptionIdle IDLE_TOUCHES_NOTHING = {touches_nothing, "it has no capsules"};
 
 static void add(Scene *scene, const config_setting_t *at, const char *key, const char *why)
@@ -210,8 +232,12 @@ void scene_find_idle(Scene *scene, const config_setting_t *root)
         place.group = config_setting_get_elem(option_find(root, "bodies"), (unsigned)i);
         look(scene, &BODY_TABLE, place.group, &place);
         look(scene, &CONTACT_TABLE, option_find(place.group, "contact"), &place);
+        const config_setting_t *labels = option_find(place.group, "materials");
         if (scene_has_cells(place.body))
             look(scene, &VOXEL_MATERIAL_TABLE, option_find(place.group, "material"), &place);
+        for (int m = 0; m < option_length(labels); m++)
+            look(scene, &LABEL_MATERIAL_TABLE, config_setting_get_elem(labels, (unsigned)m),
+                 &place);
         look(scene, &CAVITY_TABLE, option_find(place.group, "cavity"), &place);
     }
     for (int i = 0; i < scene->tool_count; i++) {

@@ -275,6 +275,15 @@ static const Option MATERIAL_OPTIONS[] = {
               "`miyazaki2004`."},
     {"density", OPTION_REAL, AT(usual.density), "kg/m3", 0.0, 1e6, .open = true, .preset = 1000.0,
      .physics = true, .idle = {&IDLE_LABELS_HAVE_DENSITY}, .about = "Mass per unit volume."},
+    {"prestress", OPTION_REAL, AT(usual.prestress), "Pa", 0.0, 1e12, .physics = true,
+     .idle = {&IDLE_IS_WHOLE, &IDLE_LABELS_HAVE_PRESTRESS}, .feature = {.name = "tension at rest"},
+     .about = "Tension of the tissue at rest, at most a fifth of `youngs_modulus`. It moves no "
+              "body that is whole, and opens cuts. Solids only."},
+    {"prestress_axis", OPTION_VECTOR, AT(usual.prestress_axis), "", 0.0, SIZE_LIMIT, .open = true,
+     .preset_text = "none: all directions", .physics = true,
+     .idle = {&IDLE_IS_WHOLE, &IDLE_HAS_NO_PRESTRESS, &IDLE_LABELS_HAVE_AXIS},
+     .about = "Direction of the fibres that are under tension, in the world, of any length: cuts "
+              "along them do not open."},
     {"damping", OPTION_REAL, AT(voxel.damping), "", 0.0, 10.0, .preset = 0.2,
      .preset_text = "0.2 without `damping_time`, else 0", .physics = true,
      .feature = {.name = "damping of elements"},
@@ -342,6 +351,12 @@ static const Option LABEL_OPTIONS[] = {
      .preset_text = "as in `material`", .physics = true, .about = "Poisson's ratio."},
     {"density", OPTION_REAL, AT(material.density), "kg/m3", 0.0, 1e6, .open = true,
      .preset_text = "as in `material`", .physics = true, .about = "Mass per unit volume."},
+    {"prestress", OPTION_REAL, AT(material.prestress), "Pa", 0.0, 1e12,
+     .preset_text = "as in `material`", .physics = true, .idle = {&IDLE_IS_WHOLE},
+     .about = "Tension of the tissue at rest."},
+    {"prestress_axis", OPTION_VECTOR, AT(material.prestress_axis), "", 0.0, SIZE_LIMIT,
+     .open = true, .preset_text = "as in `material`", .physics = true, .idle = {&IDLE_IS_WHOLE},
+     .about = "Direction of its fibres."},
 };
 #undef AT
 const OptionTable LABEL_MATERIAL_TABLE =
@@ -467,6 +482,26 @@ static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
                        option_number_text(text, poisson_ratio));
 }
 
+// A tension that the elements bear well: their strains stay near those of the linear law.
+#define PRESTRESS_MOST 0.2
+
+static bool check_prestress(const SceneReader *reader, const SceneBody *body,
+                            const config_setting_t *group, const SolidMaterial *material)
+{
+    const config_setting_t *at = option_find(group, "prestress");
+    char text[2][OPTION_NUMBER_TEXT];
+    if (!(material->prestress > 0.0))
+        return true;
+    at = at != NULL ? at : group;
+    if (body->model == MODEL_PLANE)
+        return option_fail(&reader->source, at, "prestress means nothing for a plane body");
+    return material->prestress <= PRESTRESS_MOST * material->youngs_modulus ||
+           option_fail(&reader->source, at,
+                       "prestress %s is more than a fifth of youngs_modulus, %s",
+                       option_number_text(text[0], material->prestress),
+                       option_number_text(text[1], PRESTRESS_MOST * material->youngs_modulus));
+}
+
 // Reads one entry of `materials`; `given`: by index of the label, whether it has an entry already.
 static bool read_label(const SceneReader *reader, const BodyGroup *raw,
                        const config_setting_t *group, bool *given, SceneBody *body)
@@ -498,7 +533,11 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
         material->poisson_ratio = entry.material.poisson_ratio;
     if (option_given(group, "density"))
         material->density = entry.material.density;
-    return true;
+    if (option_given(group, "prestress"))
+        material->prestress = entry.material.prestress;
+    if (option_given(group, "prestress_axis"))
+        material->prestress_axis = entry.material.prestress_axis;
+    return check_prestress(reader, body, group, material);
 }
 
 static bool read_materials(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
@@ -523,7 +562,11 @@ static bool read_materials(const SceneReader *reader, const BodyGroup *raw, Scen
         if (group == NULL || !read_label(reader, raw, group, given, body))
             return false;
     }
-    return true;
+    // Labels without an entry.
+    bool ok = true;
+    for (int i = 0; i < count && ok; i++)
+        ok = given[i] || check_prestress(reader, body, raw->material, &body->material[i]);
+    return ok;
 }
 
 static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)

@@ -63,6 +63,9 @@ static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
     if (model->batches->relaxation != NULL)
         relaxation_begin(model->batches->relaxation, h, &pass.relaxation);
     evaluate_all(model, &pass);
+    if (model->cuts != NULL && model->cuts->tension != NULL)
+        cut_tension_add_forces(model->cuts->tension, vertices->present, vertices->force,
+                               pass.stiffness_scale);
     vertices_advance(vertices, evaluation, h, (Vec3){g[0], g[1], g[2]});
 }
 
@@ -189,6 +192,8 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
         .refused = model->cuts != NULL ? model->cuts->refused : 0,
     };
     vertices_measure(&model->vertices, measure);
+    if (model->cuts != NULL && model->cuts->tension != NULL)
+        measure->outer += cut_tension_energy(model->cuts->tension, pass.rows, pass.stiffness_scale);
 }
 
 static void voxel_restored(Body *body)

@@ -21,6 +21,8 @@ static bool follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
     bool shown = cut_faces_follow(&cuts->faces, pieces_came, body, change);
     if (cuts->fit != NULL)
         shown |= cut_fit_follow(cuts->fit, divided, body);
+    if (cuts->tension != NULL)
+        cut_tension_follow(cuts->tension);
     body->element_count = cuts->lattice.leaf_count;
     cut_lattice_forget_changes(&cuts->lattice);
     return shown;
@@ -124,6 +126,8 @@ static bool derive(VoxelCuts *cuts, Body *body)
     const bool faces = cut_faces_derive(&cuts->faces, body);
     if (cuts->fit != NULL)
         cut_fit_derive(cuts->fit, body);
+    if (cuts->tension != NULL && faces)
+        cut_tension_follow(cuts->tension);
     body->element_count = cuts->lattice.leaf_count;
     return pieces && faces;
 }
@@ -165,6 +169,8 @@ void cut_body_explain(const VoxelCuts *cuts, FILE *out)
             cuts->lattice.split_budget);
     if (cuts->tear.stress > 0.0)
         fprintf(out, "    tears: where it is pulled with more than %g Pa\n", cuts->tear.stress);
+    if (cuts->tension != NULL)
+        fprintf(out, "    tension at rest: opens cuts, up to %g Pa\n", cuts->tension->most);
     if (cuts->tear.force > 0.0)
         fprintf(out, "    tears: at vertices pushed or pulled with more than %g N\n",
                 cuts->tear.force);
@@ -387,6 +393,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cut_blades_want_crossings(&cuts->blades, cuts->name, arena);
         model->fitted = &cuts->fit->fitted;
     }
+    cuts->tension = cut_tension_create(&cuts->faces, making, arena);
+    cuts->tear.tension = cuts->tension;
     // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;

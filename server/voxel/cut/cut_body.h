@@ -10,6 +10,7 @@
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_tear.h"
+#include "voxel/cut/cut_tension.h"
 #include "voxel/cut/cut_windows.h"
 #include "voxel/model.h"
 
@@ -22,10 +23,11 @@ typedef struct VoxelCuts {
     CutPieces pieces;
     CutFaces faces;
     CutBlades blades;
-    CutTear tear;    // of bodies that tear
-    CutFit *fit;     // of a smooth surface, or NULL
-    bool sound;      // the last derivation from the state succeeded
-    int64_t refused; // reconstructions left incomplete for lack of capacity, since the start
+    CutTear tear;        // of bodies that tear
+    CutFit *fit;         // of a smooth surface, or NULL
+    CutTension *tension; // of tissue under tension at rest, or NULL
+    bool sound;          // the last derivation from the state succeeded
+    int64_t refused;     // reconstructions left incomplete for lack of capacity, since the start
 } VoxelCuts;
 
 // --- operations of body/body.h that other bodies do not have ---

@@ -156,6 +156,9 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
             factor * (2.0 * mu * (f[k / 3][k % 3] - out->rotation[k / 3][k % 3]) +
                       lambda * trace * out->rotation[k / 3][k % 3]) +
             barrier * gap[k / 3][k % 3];
+    if (tear->tension != NULL)
+        cut_tension_add_stress(tear->tension, e->material, pass->stiffness_scale,
+                               (const double(*)[3])out->rotation, out->stress);
     return out;
 }
 
@@ -316,7 +319,9 @@ static void look_at_half(void *context, int first, int last)
 static int find_stressed(CutTear *tear, const VoxelPass *pass)
 {
     // Slightly lower, because the kernels round, in single precision to 1e-7 of the stiffness.
-    SharedLook shared = {tear, pass, (1.0 - 1e-3) * tear->stress};
+    // What is there at rest comes on top of what they see.
+    const double rest = tear->tension != NULL ? pass->stiffness_scale * tear->tension->most : 0.0;
+    SharedLook shared = {tear, pass, fmax(0.0, (1.0 - 1e-3) * tear->stress - rest)};
     if (tear->vertices->team != NULL && tear->vertices->halved)
         team_run(tear->vertices->team, look_at_half, &shared, 2);
     else

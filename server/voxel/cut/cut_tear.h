@@ -19,6 +19,7 @@
 #define PLIANT_VOXEL_CUT_CUT_TEAR_H
 
 #include "body/vertices.h"
+#include "voxel/cut/cut_tension.h"
 #include "voxel/cut/cut_windows.h"
 
 // Most faces (of any elements) that tear per tick, those under the greatest stress first; so a body
@@ -34,8 +35,9 @@ typedef struct CutTear {
     const CutWindows *windows;
     const Vertices *vertices;
     VoxelLaw law;
-    double stress; // [Pa]; 0: no tearing by stress
-    double force;  // [N]; 0: no tearing by force
+    const CutTension *tension; // which the stress includes, or NULL
+    double stress;             // [Pa]; 0: no tearing by stress
+    double force;              // [N]; 0: no tearing by force
 
     // --- part of the state ---
     int64_t *next; // the element at which the search starts; 0 as a rule
