@@ -91,7 +91,8 @@ static void make_beam(VoxelWorld *world, const Beam *beam)
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0999, 1.0, 1.0}};
     const int n = beam->n;
     VoxelWorldOptions options = voxel_world_block(4 * n, n, n, WIDTH / n);
-    options.material = (SolidMaterial){1e5, beam->poisson_ratio, 1000.0};
+    options.material = (SolidMaterial){
+        .youngs_modulus = 1e5, .poisson_ratio = beam->poisson_ratio, .density = 1000.0};
     fix_within(&options.body.body, &end);
     options.body.body.levels = beam->levels;
     options.body.body.precision = beam->precision;
@@ -289,7 +290,8 @@ static double growth(double share, double nu, double times, double drag, Integra
 {
     uint64_t random = 72;
     VoxelWorldOptions options = voxel_world_cube(8);
-    options.material = (SolidMaterial){1e7, nu, 1000.0};
+    options.material =
+        (SolidMaterial){.youngs_modulus = 1e7, .poisson_ratio = nu, .density = 1000.0};
     const double critical = voxel_critical_step(&options.material, options.lattice.size);
     const double lambda = 4.0 / (critical * critical), c = times * critical * lambda + drag;
     const double bound = (sqrt(c * c + 4.0 * lambda) - c) / lambda;

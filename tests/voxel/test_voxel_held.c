@@ -206,7 +206,8 @@ LONG_TEST(shallow_presses_follow_hertz)
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0249}};
     const double radius = 0.015, depths[] = {0.001, 0.002, 0.004};
     VoxelWorldOptions options = voxel_world_block(32, 32, 20, 0.0025);
-    options.material = (SolidMaterial){1000.0, 0.3, 1000.0};
+    options.material =
+        (SolidMaterial){.youngs_modulus = 1000.0, .poisson_ratio = 0.3, .density = 1000.0};
     options.rate_hz = 500.0;
     options.body.damping = 5.0;
     options.body.body.precision = PRECISION_SINGLE;

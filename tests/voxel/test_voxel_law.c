@@ -194,7 +194,7 @@ TEST(stress_relaxes_as_the_closed_form)
 {
     static const MaxwellBranch BRANCHES[] = {{0.03, 0.2, true}, {0.3, 0.3, true}};
     VoxelWorldOptions options = bar(8, 2);
-    options.material = (SolidMaterial){1e4, 0.0, 1000.0};
+    options.material = (SolidMaterial){.youngs_modulus = 1e4, .density = 1000.0};
     hold(&options, 2);
     set_branches(&options.body, 2, BRANCHES);
     SCOPED(voxel_world_destroy) VoxelWorld world;
@@ -226,7 +226,8 @@ TEST(a_bar_follows_the_closed_form)
         const Stiffening law = LAWS[k % 3];
         const double nu = k < 3 ? 0.0 : 0.3;
         VoxelWorldOptions options = bar(8, 2);
-        options.material = (SolidMaterial){1e4, nu, 1000.0};
+        options.material =
+            (SolidMaterial){.youngs_modulus = 1e4, .poisson_ratio = nu, .density = 1000.0};
         options.body.stiffening = law;
         SCOPED(voxel_world_destroy) VoxelWorld world;
         voxel_world_create(&world, &options);
@@ -256,7 +257,8 @@ TEST(swings_decay_at_the_loss_factor)
         for (int row = 0; row < EFFORT(6); row++) {
             const double modulus = MODULI[row % 2][row / 2];
             VoxelWorldOptions options = bar(24, 6);
-            options.material = (SolidMaterial){modulus, 0.3, 1000.0};
+            options.material =
+                (SolidMaterial){.youngs_modulus = modulus, .poisson_ratio = 0.3, .density = 1000.0};
             hold(&options, 1);
             options.body.body.integrator = INTEGRATOR_LEAPFROG;
             options.body.damping = 0.0;
@@ -448,7 +450,7 @@ TEST(states_and_cuts_keep_the_dashpots)
 static double tears_at(Stiffening law, double stress)
 {
     VoxelWorldOptions options = bar(8, 4);
-    options.material = (SolidMaterial){1e4, 0.0, 1000.0};
+    options.material = (SolidMaterial){.youngs_modulus = 1e4, .density = 1000.0};
     hold(&options, 2);
     options.body.body.cuttable = true;
     options.body.tear_stress = stress;

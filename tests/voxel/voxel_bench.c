@@ -107,7 +107,8 @@ void voxel_bench_create(VoxelBench *bench, Lattice *lattice, const VoxelBenchOpt
     double nu = options->poisson_ratio, modulus = options->youngs_modulus;
     bench->mu = modulus / (2.0 * (1.0 + nu));
     bench->lambda = modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
-    SolidMaterial material = {modulus, nu, options->density};
+    SolidMaterial material = {
+        .youngs_modulus = modulus, .poisson_ratio = nu, .density = options->density};
     bench->critical_step = voxel_critical_step(&material, bench->size);
     find_classes(bench, options);
     bench->rest = zeroed(n, sizeof *bench->rest);

@@ -30,7 +30,7 @@ VoxelWorldOptions voxel_world_cube(int n)
                  .body.contact_ratio = 0.5,
                  .body.contact_damping = 2e-4,
                  .body.friction = 0.2},
-        .material = {1e4, 0.0, 1000.0},
+        .material = {.youngs_modulus = 1e4, .density = 1000.0},
         .rate_hz = 1000.0,
     };
     Status status = {0};
@@ -57,9 +57,9 @@ VoxelWorldOptions voxel_world_ball(void)
 }
 
 const SolidMaterial VOXEL_WORLD_MATERIALS[3] = {
-    {1e4, 0.0, 1000.0},
-    {4e4, 0.3, 1100.0},
-    {2e3, 0.45, 900.0},
+    {.youngs_modulus = 1e4, .density = 1000.0},
+    {.youngs_modulus = 4e4, .poisson_ratio = 0.3, .density = 1100.0},
+    {.youngs_modulus = 2e3, .poisson_ratio = 0.45, .density = 900.0},
 };
 
 VoxelWorldOptions voxel_world_corner(void)

@@ -29,7 +29,7 @@ static void bar(VoxelWorldOptions *options, const int count[3], bool notched, Fi
     }
     options->body.body.fixed = end;
     options->body.body.fixed_count = 2;
-    options->material = (SolidMaterial){E, 0.0, 1000.0};
+    options->material = (SolidMaterial){.youngs_modulus = E, .density = 1000.0};
 }
 
 static int broken_faces(const CutLattice *lattice, int axis)
