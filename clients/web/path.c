@@ -10,6 +10,9 @@ static const double REPEAT = 0.02; // between repeats of a pose [s]
 // From the last pose until the tool is there: the daemon follows in a measured period and by a
 // filter (`lag`). A blade that is withdrawn earlier cuts short.
 static const double ARRIVES = 0.06; // [s]
+// Between two points of a path [s]: a path is no finer than its steps; a browser that waited may
+// give one time to all of a burst.
+static const double FINE = 1e-3 * PATH_STEP_MS, SHORTEST = 2e-3;
 // Between two poses of a path: a thread that wakes late must not leave out corners.
 static const double LONGEST_STEP = 4e-3 * PATH_STEP_MS; // [s]
 
@@ -43,6 +46,16 @@ void path_begin(ToolPath *path, const pliant_tool_pose_t *pose, double time, int
                        .page_time = time};
 }
 
+// True if the newest point may be replaced by a pose: the path needs no finer ones.
+static bool is_dense(const ToolPath *path, const pliant_tool_pose_t *pose)
+{
+    if (path->count < 2)
+        return false;
+    const PathPoint *newest = &path->point[path->count - 1];
+    return pose->active && newest->pose.active && newest[-1].pose.active &&
+           pose->grip == newest->pose.grip && newest->time - newest[-1].time < FINE;
+}
+
 // When there is no room the path gets coarser at its end, but no withdrawal is lost.
 static void append(ToolPath *path, const pliant_tool_pose_t *pose)
 {
@@ -51,7 +64,7 @@ static void append(ToolPath *path, const pliant_tool_pose_t *pose)
     if (!pose->active && !newest->active)
         return;
     if (path->count < PATH_POINTS)
-        path->count++;
+        path->count += !is_dense(path, pose);
     else if (!newest->active)
         path->point[path->count - 2] = path->point[path->count - 1];
     else if (!pose->active && !path->point[path->count - 2].pose.active)
@@ -68,7 +81,7 @@ bool path_take(ToolPath *path, const pliant_tool_pose_t *pose, double time, int6
     }
     // The page's clock may be set, or missing.
     const double passed = time >= 0.0 && path->page_time >= 0.0 ? time - path->page_time : gap;
-    path->end += fmin(fmax(passed, 0.0), longest);
+    path->end += fmin(fmax(passed, path->count > 0 ? SHORTEST : 0.0), longest);
     path->page_time = time;
     path->reach = fmin(fmax(gap, path->reach - SHRINKS * gap), longest);
     path->came_ns = now_ns;

@@ -12,6 +12,7 @@ import { Pose, hold } from './pose.js';
 const TICK = 10, REPEAT = 40;     // [ms]
 const SLOWEST_TICK = 100;         // [ms] that count of a longer time between two
 const APART = 0.03;               // of the scene's size: from where a tool approaches
+const STEEPEST = 2;               // a blade goes deeper by so much of the way along the picture
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
 const STROKE_ENDS = 1000;         // [ms] after the blade's withdrawal; what no event has reported by then cut nothing
@@ -159,7 +160,8 @@ export class Hand {
                 : { advance: -APART * stage.size, depth: this.world.settings.depth * stage.size, grip: 0 }) };
     }
 
-    // A blade whose edge lies along the line of sight; beside the tissue at the depth of the scene's middle.
+    // A blade whose edge lies along the line of sight, and whose end follows the surface under the pointer; beside the
+    // tissue at the depth of the scene's middle.
     takeBlade(ray, found) {
         const { stage, settings } = this.world;
         const blade = this.toolOf('blade');
@@ -168,9 +170,20 @@ export class Hand {
         const length = blade.edge[0].distanceTo(blade.edge[1]);
         const point = found ? ray.at(found.distance, new Vector3()) : stage.center.clone();
         this.plane.setFromNormalAndCoplanarPoint(direction, point);
-        const depth = found ? Math.min(settings.depth * stage.size, length) : 0.5 * length;
-        return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth,
+        const depth = Math.min(settings.depth * stage.size, length);
+        return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth, met: Boolean(found),
             advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction) };
+    }
+
+    // Puts the plane of a blade at the surface; no steeper than STEEPEST, so that a look into an open cut is no way down.
+    followSurface(ray) {
+        const { drag, plane } = this;
+        const found = this.pick(ray);
+        if (!found || !ray.intersectPlane(plane, this.at)) return;
+        const most = drag.met ? STEEPEST * this.at.distanceTo(drag.last ?? this.at) : Infinity;
+        drag.met = true;
+        const deeper = plane.distanceToPoint(ray.at(found.distance, this.forward));
+        plane.constant -= Math.min(Math.max(deeper, -most), most);
     }
 
     // A stick in the plane of a flat body pushes it from the side.
@@ -186,18 +199,22 @@ export class Hand {
     // While the page was busy the browser has kept the pointer's way: a blade cuts along all of it.
     move(event) {
         if (this.drag?.pointer !== event.pointerId) return;
-        const way = event.getCoalescedEvents?.() ?? [];
-        for (const one of way.length ? way : [event]) this.follow(one);
+        for (const one of event.getCoalescedEvents?.() ?? [])
+            if (one.timeStamp >= this.drag.followed + TICK) this.follow(one);
+        this.follow(event);
     }
 
     follow(event) {
         const { drag } = this;
         drag.x = event.clientX;
         drag.y = event.clientY;
+        drag.followed = event.timeStamp;
         if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
+        if (drag.kind === 'blade') this.followSurface(ray);
         if (!ray.intersectPlane(this.plane, this.at)) return;
+        if (drag.kind === 'blade') drag.last = (drag.last ?? new Vector3()).copy(this.at);
         if (drag.tool) this.send(event.timeStamp);
     }
 
@@ -303,7 +320,9 @@ export class Hand {
     }
 
     up(event) {
-        if (this.drag?.pointer === event.pointerId) this.end(event.type === 'pointercancel');
+        if (this.drag?.pointer !== event.pointerId) return;
+        if (event.type === 'pointerup') this.move(event); // it may have gone on since the last move
+        this.end(event.type === 'pointercancel');
     }
 
     /** `givenUp`: not by the pointer that went up. */
