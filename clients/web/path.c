@@ -5,6 +5,9 @@
 #include <string.h>
 
 static const double STEADY = 0.06; // longest time between poses that are published as they come [s]
+// Shortest time [s] between such ones: the ends of a burst are farther apart than the daemon
+// believes of a hand (`fastest`), and what it does not believe lifts a blade.
+static const double BURST = 1e-3;
 static const double SHRINKS = 0.5; // as in the daemon
 static const double REPEAT = 0.02; // between repeats of a pose [s]
 // From the last pose until the tool is there: the daemon follows in a measured period and by a
@@ -14,7 +17,7 @@ static const double ARRIVES = 0.06; // [s]
 // give one time to all of a burst.
 static const double FINE = 1e-3 * PATH_STEP_MS, SHORTEST = 2e-3;
 // Between two poses of a path: a thread that wakes late must not leave out corners.
-static const double LONGEST_STEP = 4e-3 * PATH_STEP_MS; // [s]
+static const double LONGEST_STEP = 0.04; // [s]
 
 static double seconds(int64_t from_ns, int64_t to_ns)
 {
@@ -85,7 +88,8 @@ bool path_take(ToolPath *path, const pliant_tool_pose_t *pose, double time, int6
     path->page_time = time;
     path->reach = fmin(fmax(gap, path->reach - SHRINKS * gap), longest);
     path->came_ns = now_ns;
-    if (pose->active && path->last.active && path->count == 0 && path->reach <= STEADY) {
+    if (pose->active && path->last.active && path->count == 0 && path->reach <= STEADY &&
+        gap >= BURST) {
         path->at = path->end;
         return publish(path, pose, now_ns);
     }

@@ -10,16 +10,17 @@
 #include <stdint.h>
 
 enum {
-    PATH_POINTS = 128, // that wait; further ones replace the newest
-    PATH_STEP_MS = 10, // between two poses of a path, and so the longest time between two turns
+    PATH_POINTS = 256, // that wait; further ones replace the newest
+    PATH_STEP_MS = 4,  // between two poses of a path, and so the longest time between two turns
     PATH_LONGEST_MS = 1000, // a page that is silent for longer has let go of its tools
 };
 
-// Poses that come at least every 60 ms are published as they come, and the daemon smooths them.
-// After a longer gap the tool goes along the poses that came, by the page's own times, in the time
-// of the gap; that time shrinks by half of what passes, so that the tool catches up at twice the
-// hand's speed (the daemon's own law: server/sim/README.md, "Tools between poses"). Meanwhile the
-// last pose is repeated, so that the daemon does not withdraw the tool.
+// Poses that come at least every 60 ms, and not several at once, are published as they come, and
+// the daemon smooths them. After a longer gap the tool goes along the poses that came, by the
+// page's own times, in the time of the gap; that time shrinks by half of what passes, so that the
+// tool catches up at twice the hand's speed (the daemon's own law: server/sim/README.md, "Tools
+// between poses"). Meanwhile the last pose is repeated, so that the daemon does not withdraw the
+// tool.
 typedef struct PathPoint {
     double time; // since the path began, by the page's clock [s]
     pliant_tool_pose_t pose;

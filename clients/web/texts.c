@@ -27,22 +27,35 @@ static bool read_tool(const char *line, DescribedTool *tool)
     *tool = (DescribedTool){0};
     if (sscanf(line, "tool %d: %15[a-z]", &tool->id, tool->kind) != 2)
         return false;
+    sscanf(line, "tool %*d: remover, by %15[a-z]", tool->removes);
     const char *force = strstr(line, "max_force ");
     tool->has_force = force && sscanf(force, "max_force %lf N", &tool->max_force) == 1 &&
                       isfinite(tool->max_force);
     return true;
 }
 
+static bool read_capsule(const char *line, const char *name, DescribedCapsule *c)
+{
+    line += strspn(line, " ");
+    const size_t length = strlen(name);
+    return strncmp(line, name, length) == 0 &&
+           sscanf(line + length, " [%lf, %lf, %lf] to [%lf, %lf, %lf], radius %lf m", &c->from[0],
+                  &c->from[1], &c->from[2], &c->to[0], &c->to[1], &c->to[2], &c->radius) == 7 &&
+           all_finite(c->from, 3) && all_finite(c->to, 3) && isfinite(c->radius);
+}
+
 // Reads an indented line below a tool's.
 static void read_part(const char *line, DescribedTool *tool)
 {
     DescribedCapsule c;
-    if (sscanf(line, " capsule [%lf, %lf, %lf] to [%lf, %lf, %lf], radius %lf m", &c.from[0],
-               &c.from[1], &c.from[2], &c.to[0], &c.to[1], &c.to[2], &c.radius) == 7) {
-        if (tool->capsules < DESCRIBE_CAPSULES && all_finite(c.from, 3) && all_finite(c.to, 3) &&
-            isfinite(c.radius))
+    if (read_capsule(line, "capsule", &c)) {
+        if (tool->capsules < DESCRIBE_CAPSULES)
             tool->capsule[tool->capsules++] = c;
         return;
+    }
+    if (read_capsule(line, "mouth", &c)) {
+        tool->mouth = c;
+        tool->has_mouth = true;
     }
     // An edge, or a plane: at most one of the two matches.
     double n[6];
@@ -151,6 +164,15 @@ Parcel *text_hello(const HelloText *hello)
     return finish(object);
 }
 
+static json_t *capsule_object(const DescribedCapsule *capsule)
+{
+    json_t *object = json_object();
+    put_numbers(object, "from", capsule->from, 3);
+    put_numbers(object, "to", capsule->to, 3);
+    put(object, "radius", json_real(capsule->radius));
+    return object;
+}
+
 static json_t *tool_object(const DescribedTool *tool)
 {
     // Who it is,
@@ -162,13 +184,8 @@ static json_t *tool_object(const DescribedTool *tool)
     // its shape, in the form of a scene,
     if (tool->capsules) {
         json_t *capsules = json_array();
-        for (int k = 0; k < tool->capsules; k++) {
-            json_t *capsule = json_object();
-            put_numbers(capsule, "from", tool->capsule[k].from, 3);
-            put_numbers(capsule, "to", tool->capsule[k].to, 3);
-            put(capsule, "radius", json_real(tool->capsule[k].radius));
-            json_array_append_new(capsules, capsule);
-        }
+        for (int k = 0; k < tool->capsules; k++)
+            json_array_append_new(capsules, capsule_object(&tool->capsule[k]));
         put(object, "capsules", capsules);
     }
     // and what only some tools have.
@@ -178,6 +195,10 @@ static json_t *tool_object(const DescribedTool *tool)
         json_array_append_new(edge, numbers(tool->edge[1], 3));
         put(object, "edge", edge);
     }
+    if (tool->removes[0])
+        put(object, "removes_by", json_string(tool->removes));
+    if (tool->has_mouth)
+        put(object, "mouth", capsule_object(&tool->mouth));
     if (tool->has_plane) {
         json_t *plane = json_object();
         put_numbers(plane, "point", tool->point, 3);

@@ -28,11 +28,13 @@ typedef struct DescribedCapsule {
 
 typedef struct DescribedTool {
     int id;
-    char kind[16]; // "probe", "blade", "grasper", "static"
-    bool has_force, has_edge, has_plane;
+    char kind[16];    // "probe", "blade", "grasper", "remover", "static"
+    char removes[16]; // by "suction", "drill", "diathermy"; "": no remover
+    bool has_force, has_edge, has_plane, has_mouth;
     double max_force; // [N]
     int capsules;
     DescribedCapsule capsule[DESCRIBE_CAPSULES];
+    DescribedCapsule mouth;
     double edge[2][3];          // tool frame [m]
     double point[3], normal[3]; // of a static plane, world frame [m]
 } DescribedTool;

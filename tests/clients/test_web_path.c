@@ -58,7 +58,7 @@ static void take(ToolPath *path, Published *published, const pliant_tool_pose_t 
         publish(published, pose, now);
 }
 
-// Turns every 10 ms, late by up to `late` ms, until the time `to`.
+// Turns in time, or late by up to `late` ms, until the time `to`.
 static void turn(ToolPath *path, Published *published, int64_t *now, int64_t to, uint64_t *chance,
                  int late)
 {
@@ -105,9 +105,9 @@ TEST(gaps_and_bursts_of_a_browser_become_one_even_path)
         const Published p = stroke(seed, late);
         // No longer silent than a turn and the 60 ms after which repeats begin.
         expect_at_most(p.gap, 0.0701 + 2e-3 * late);
-        // Corners are cut by half a step of 40 ms of the hand's way at most.
-        expect_at_most(p.off, 0.5 * 0.04 * SPEED);
-        expect_at_most(p.step, 0.0401 * SPEED + 0.008 * SPEED);
+        // Corners are cut by half a step of 40 ms of the hand's way at most, and by its 8 ms.
+        expect_at_most(p.off, 0.5 * 0.048 * SPEED);
+        expect_at_most(p.step, 0.0481 * SPEED);
         assert_int_equal(p.backward, 0);
         assert_int_equal(p.withdrawals, 1);
         assert_false(p.last.active);

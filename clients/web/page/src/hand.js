@@ -7,12 +7,14 @@ import { pickTriangle } from './normals.js';
 import { Knife } from './knife.js';
 import { Ties } from './ties.js';
 import { lengthText } from './units.js';
-import { Pose, hold } from './pose.js';
+import { Pose, hold, turnHeld } from './pose.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
 const SLOWEST_TICK = 100;         // [ms] that count of a longer time between two
 const APART = 0.03;               // of the scene's size: from where a tool approaches
 const STEEPEST = 2;               // a blade goes deeper by so much of the way along the picture
+const TURNS_WITHIN = 0.04;         // of the scene's size: the way in which a blade's back turns after a corner
+const TURNS = 12;                  // [rad/s] no faster: the server would doubt it
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
 const STROKE_ENDS = 1000;         // [ms] after the blade's withdrawal; what no event has reported by then cut nothing
@@ -82,7 +84,7 @@ export class Hand {
 
     /** What draws where the pointer is. */
     cursor(intent = this.mode) {
-        return { press: 'default', pull: this.drag ? 'grabbing' : 'grab', cut: 'crosshair', tie: 'copy' }[intent];
+        return { press: 'default', pull: this.drag ? 'grabbing' : 'grab', cut: 'crosshair', tie: 'copy', remove: 'cell' }[intent];
     }
 
     /** The nearest point of any body under the pointer; fills `hit`. */
@@ -127,6 +129,8 @@ export class Hand {
             return; // the camera's
         }
         if (intent === 'cut') this.drag = this.takeBlade(ray, found) ?? this.knife.begin(found, event);
+        else if (intent === 'remove' && found) this.drag = this.takeRemover(ray, found);
+        else if (intent === 'remove') return; // the camera's
         else if (intent === 'tie' && found)
             this.drag = this.ties.begin(found, ray.at(found.distance, new Vector3()), event);
         else if (intent === 'tie') return; // the camera's
@@ -172,7 +176,23 @@ export class Hand {
         this.plane.setFromNormalAndCoplanarPoint(direction, point);
         const depth = Math.min(settings.depth * stage.size, length);
         return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth, met: Boolean(found),
-            advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction) };
+            advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction),
+            trail: new Vector3(-1, 0, 0).transformDirection(stage.camera.matrixWorld) };
+    }
+
+    // A remover at the surface under the pointer, its pedal down while the button is held.
+    takeRemover(ray, found) {
+        const { stage } = this.world;
+        const tool = this.toolOf('remover');
+        if (!tool) {
+            this.world.told(this.world.tools.list.some(({ kind }) => kind === 'remover') ? 'The other hand has the remover.'
+                : 'This scene has no tool of the kind "remover".');
+            return null;
+        }
+        const direction = ray.direction.clone(), point = ray.at(found.distance, new Vector3());
+        this.plane.setFromNormalAndCoplanarPoint(stage.viewDirection(this.forward), point);
+        return { kind: 'remove', direction, point, started: performance.now(), sent: -Infinity, depth: 0, grip: 1, met: true,
+            advance: -APART * stage.size, ...hold(stage, tool, direction) };
     }
 
     // Puts the plane of a blade at the surface; no steeper than STEEPEST, so that a look into an open cut is no way down.
@@ -184,6 +204,17 @@ export class Hand {
         drag.met = true;
         const deeper = plane.distanceToPoint(ray.at(found.distance, this.forward));
         plane.constant -= Math.min(Math.max(deeper, -most), most);
+    }
+
+    // The edge leads and the back trails, as far as the pointer's way says in which direction.
+    turnBlade(passed) {
+        const { drag, at } = this;
+        const way = new Vector3().subVectors(at, drag.last ?? at), length = way.length();
+        drag.last = (drag.last ?? new Vector3()).copy(at);
+        if (drag.kind !== 'blade' || length === 0) return;
+        const memory = TURNS_WITHIN * this.world.stage.size;
+        drag.trail.multiplyScalar(memory / (memory + length)).addScaledVector(way, -1 / (memory + length));
+        turnHeld(drag, drag.trail, TURNS * Math.min(passed, SLOWEST_TICK) / 1000);
     }
 
     // A stick in the plane of a flat body pushes it from the side.
@@ -208,13 +239,15 @@ export class Hand {
         const { drag } = this;
         drag.x = event.clientX;
         drag.y = event.clientY;
+        const passed = event.timeStamp - (drag.followed ?? event.timeStamp);
         drag.followed = event.timeStamp;
         if (drag.kind === 'cut') return this.knife.follow(event, this.pick);
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
-        if (drag.kind === 'blade') this.followSurface(ray);
+        const follows = drag.kind === 'blade' || drag.kind === 'remove';
+        if (follows) this.followSurface(ray);
         if (!ray.intersectPlane(this.plane, this.at)) return;
-        if (drag.kind === 'blade') drag.last = (drag.last ?? new Vector3()).copy(this.at);
+        if (follows) this.turnBlade(passed);
         if (drag.tool) this.send(event.timeStamp);
     }
 
@@ -257,6 +290,7 @@ export class Hand {
             drag.slipped = kind === 'slipped';
         if (stroke && kind === 'stopped') stroke.why = `the server stood still ${text}`;
         else if (stroke?.tool.id !== Number(id) || !/^(cut|cut_refused|jump|withdrawn)$/.test(kind)) return;
+        else if (/^ignored/.test(said)) return; // one pose of many
         else if (kind === 'cut') stroke.cut.push(said);
         else stroke.why = said;
         if (stroke.over) this.tellStroke(stroke);
@@ -300,6 +334,9 @@ export class Hand {
         } else if (drag.kind === 'blade') {
             this.world.told(drag.tool.active && !drag.tool.ours ? `Another client moves ${drag.tool.title}`
                 : `Cutting with ${drag.tool.title}, ${lengthText(Math.max(drag.advance, 0))} deep · ${depth}`);
+        } else if (drag.kind === 'remove') {
+            this.world.told(`${drag.tool.title} takes tissue away (${drag.tool.removes}), ${
+                lengthText(Math.max(drag.advance, 0))} deep · ${depth}`);
         } else if (drag.slipped) {
             this.world.told(slipped(drag.tool));
         } else if (!drag.tool.touching && now - drag.started > HELD_AFTER) {

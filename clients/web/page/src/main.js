@@ -22,12 +22,14 @@ const HINTS = {
     pull: 'Drag on tissue: pull (wheel: nearer, farther) · Shift: cut · empty space or right button: turn',
     cut: 'Drag across tissue: cut, by the scene’s blade if it has one · right button: turn',
     tie: 'Click on tissue: pin · drag to another body: tie, to the same one: clip · empty space or right button: turn',
+    remove: 'Drag on tissue: take it away (wheel: depth) · empty space or right button: turn',
 };
 const TOUCH_HINTS = {
     press: 'Touch tissue and hold: press · one finger beside it: turn · two: turn and zoom',
     pull: 'Touch tissue and drag: pull · one finger beside it: turn · two: turn and zoom',
     cut: 'Drag across tissue: cut · two fingers: turn and zoom',
     tie: 'Tap tissue: pin · drag to another body: tie, to the same one: clip · two fingers: turn and zoom',
+    remove: 'Touch tissue and drag: take it away · one finger beside it: turn · two: turn and zoom',
 };
 // A recording has so many bytes of a frame for each node, and of a body for its columns and the sidecar. What stands still
 // takes less.
@@ -96,7 +98,7 @@ window.pliant = { stage, tools, panel, hand, second, settings, forces, capture, 
 function whatDragsDo() { return (hand.touch ? TOUCH_HINTS : HINTS)[hand.mode]; }
 
 // The mouse's tools by name: choosing one chooses what a drag does, and the other way round.
-const MODES = { probe: 'press', grasper: 'pull', blade: 'cut' };
+const MODES = { probe: 'press', grasper: 'pull', blade: 'cut', remover: 'remove' };
 function chooseTool() {
     const tool = tools.list.find(({ id }) => String(id) === element('tool').value);
     hand.chosen = tool?.id ?? null;
@@ -113,6 +115,7 @@ function listTools() {
     element('tool').replaceChildren(...[{ id: '', title: 'none' }, ...tools.list.filter(({ kind }) => MODES[kind])]
         .map(({ id, title }) => Object.assign(document.createElement('option'), { value: String(id), textContent: title })));
     hand.chosen = null;
+    element('remove-mode').hidden = !tools.list.some(({ kind }) => kind === 'remover');
     showTool();
 }
 

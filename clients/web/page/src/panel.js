@@ -66,7 +66,7 @@ export class Panel {
         if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
         if (/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== 'radio' &&
             event.target.type !== 'checkbox') return;
-        const mode = { 1: 'press', 2: 'pull', 3: 'cut', 4: 'tie' }[event.key];
+        const mode = { 1: 'press', 2: 'pull', 3: 'cut', 4: 'tie', 5: 'remove' }[event.key];
         if (mode) {
             document.querySelector(`input[name=mode][value=${mode}]`).checked = true;
             this.on.mode(mode);

@@ -2,6 +2,7 @@
 // A tool in a hand: how it is held, and the messages that move it.
 
 import { Quaternion, Vector3 } from 'three';
+import { turnBlade } from './instruments.js';
 import { turned } from './tools.js';
 
 /**
@@ -19,6 +20,14 @@ export function hold(stage, tool, direction) {
     }
     const turn = turned(axis, back);
     return { tool, radius, tip: at.clone().applyQuaternion(turn), turn, stick };
+}
+
+/** Turns a blade that is held about its edge, by `most` [rad] at most, towards the side `trail` for its back. */
+export function turnHeld(held, trail, most) {
+    const { at, axis } = held.tool.tip(), back = axis.clone().applyQuaternion(held.turn);
+    if (trail.clone().cross(back).length() < 1e-3) return; // no side of it
+    held.turn.rotateTowards(turnBlade(axis, back, trail), most);
+    held.tip.copy(at).applyQuaternion(held.turn);
 }
 
 /** The poses of one hand, in one message that is used again and again. */

@@ -1,39 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Tools at their positions, and the forces on them.
 
-import { BufferGeometry, CapsuleGeometry, Color, ConeGeometry, CylinderGeometry, Float32BufferAttribute,
-    Group, Mesh, Quaternion, ShaderMaterial, SphereGeometry, Vector3, DoubleSide, FrontSide } from 'three';
+import { Group, Quaternion, Vector3 } from 'three';
+import { buildInstrument, forceArrow } from './instruments.js';
 import { shadeTissue } from './tissue.js';
 
 const STALE = 1000; // [ms] after which a contact or pose without repeat is hidden
-
-const steel = (colour, opacity = 1, side = FrontSide) => new ShaderMaterial({
-    uniforms: { colour: { value: new Color(colour) }, opacity: { value: opacity } },
-    transparent: opacity < 1,
-    side,
-    vertexShader: /* glsl */ `
-varying vec3 vNormal;
-void main() {
-    gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-    vNormal = normalMatrix * normal;
-}`,
-    // A dark room with a soft light above and a lamp: cheap, and bright as an instrument.
-    fragmentShader: /* glsl */ `
-uniform vec3 colour;
-uniform float opacity;
-varying vec3 vNormal;
-void main() {
-    vec3 n = vNormal * inversesqrt(dot(vNormal, vNormal));
-    n.z = abs(n.z);
-    vec3 r = 2.0 * n.z * n - vec3(0.0, 0.0, 1.0); // the reflected line of sight, seen from afar
-    float lamp = max(dot(r, vec3(-0.42, 0.62, 0.66)), 0.0);
-    lamp *= lamp;
-    lamp *= lamp;
-    lamp *= lamp;
-    vec3 c = colour * (0.36 + 0.26 * r.y + 0.20 * n.z) + 0.55 * lamp * lamp;
-    gl_FragColor = vec4(sqrt(c), opacity);
-}`,
-});
 
 const vector = (list) => new Vector3(...(list ?? [0, 0, 0]));
 const UP = new Vector3(0, 1, 0);
@@ -48,6 +20,9 @@ class Tool {
         this.capsules = (described.capsules ?? []).map(({ from, to, radius }) =>
             ({ from: vector(from), to: vector(to ?? from), radius: radius ?? 0.001 }));
         this.edge = described.edge?.map(vector) ?? null;
+        this.removes = described.removes_by ?? '';
+        this.mouth = described.mouth ? { from: vector(described.mouth.from), to: vector(described.mouth.to),
+            radius: described.mouth.radius } : null;
         this.group = new Group();
         this.group.visible = described.kind === 'static';
         this.position = new Vector3(); // of the pose
@@ -58,55 +33,28 @@ class Tool {
         this.force = 0;                // [N] last reported
         this.shownForce = 0;           // [N] of the last frame
         this.touching = false;
-        this.build();
-    }
-
-    build() {
-        // Jaws are a ball around tissue: transparent.
-        const material = steel({ blade: 0xe4e9ed, grasper: 0xc9d2da, static: 0x6d757c }[this.kind] ?? 0xdfe5ea,
-            this.kind === 'grasper' ? 0.5 : 1, this.edge ? DoubleSide : FrontSide);
-        for (const { from, to, radius } of this.capsules) {
-            const length = from.distanceTo(to);
-            const shape = length > 0 ? new CapsuleGeometry(radius, length, 8, 20)
-                : new SphereGeometry(radius, 24, 16);
-            const part = new Mesh(shape, material);
-            part.position.addVectors(from, to).multiplyScalar(0.5);
-            if (length > 0)
-                part.quaternion.setFromUnitVectors(UP, to.clone().sub(from).normalize());
-            this.group.add(part);
-        }
-        if (this.edge) this.group.add(new Mesh(bladeShape(this.edge), material));
+        this.grip = 0;
+        this.showGrip = buildInstrument(this, this.group);
     }
 
     /** What a hand says of it: "grasper 3". */
     get title() { return `${this.kind} ${this.id}`; }
 
-    /** The nearest end of a capsule, or of a blade's edge, to the tool's origin, and where the shaft goes from it. */
+    /**
+     * The nearest end of what works, a blade's edge, a mouth or the first capsule, to the tool's origin; where the shaft
+     * goes from it, the radius, and the length to the other end.
+     */
     tip() {
-        const first = this.edge ? { from: this.edge[0], to: this.edge[1], radius: 0 } : this.capsules[0];
-        if (!first) return { at: new Vector3(), axis: new Vector3(0, 0, 1), radius: 0.002, stick: false };
+        const first = this.edge ? { from: this.edge[0], to: this.edge[1], radius: 0 } : this.mouth ?? this.capsules[0];
+        if (!first) return { at: new Vector3(), axis: new Vector3(0, 0, 1), radius: 0.002, length: 0, stick: false };
         const flip = first.from.length() > first.to.length();
         const at = flip ? first.to : first.from, other = flip ? first.from : first.to;
-        const axis = other.clone().sub(at);
+        const axis = other.clone().sub(at), length = axis.length();
         // Grasped in the middle: a stick that stands upright, not one that points.
-        const stick = axis.length() > 0 && at.length() > 0.25 * axis.length();
-        return { at, axis: axis.length() > 0 ? axis.normalize() : new Vector3(0, 0, 1),
+        const stick = length > 0 && at.length() > 0.25 * length;
+        return { at, axis: length > 0 ? axis.normalize() : new Vector3(0, 0, 1), length,
             radius: first.radius, stick: stick && !this.edge };
     }
-}
-
-// A blade; one of its sides is the edge.
-function bladeShape([a, b]) {
-    const along = b.clone().sub(a), length = along.length();
-    const side = new Vector3(0, 1, 0);
-    if (Math.abs(along.y) > 0.9 * length) side.set(1, 0, 0);
-    side.cross(along).normalize().multiplyScalar(0.22 * length);
-    const c = b.clone().add(side), d = a.clone().add(side).addScaledVector(along, 0.25);
-    const shape = new BufferGeometry();
-    shape.setAttribute('position', new Float32BufferAttribute([a, b, c, d].flatMap((p) => p.toArray()), 3));
-    shape.setIndex([0, 1, 2, 0, 2, 3]);
-    shape.computeVertexNormals();
-    return shape;
 }
 
 export class Tools {
@@ -130,7 +78,7 @@ export class Tools {
         this.list = described.map((one) => new Tool(one));
         for (const tool of this.list) {
             this.byId.set(tool.id, tool);
-            tool.arrow = arrow();
+            tool.arrow = forceArrow();
             tool.label = document.createElement('span');
             tool.label.className = 'newtons';
             tool.label.hidden = true;
@@ -146,7 +94,7 @@ export class Tools {
         const [w, x, y, z] = pose.orientation, turn = tool.group.quaternion;
         const same = tool.active === pose.active && now - tool.poseAt < STALE && turn.w === w && turn.x === x &&
             turn.y === y && turn.z === z && this.isNear(tool.position, pose.position);
-        const seen = (tool.active || pose.active) && !same;
+        const seen = (tool.active || pose.active) && (!same || tool.grip !== pose.grip);
         tool.active = pose.active;
         tool.ours = pose.ours;
         tool.poseAt = now;
@@ -185,6 +133,7 @@ export class Tools {
                 // A tool in contact is drawn where it feels the force: the proxy may differ from the pose.
                 if (touches) tool.group.position.fromArray(tool.contact.position);
                 else tool.group.position.copy(tool.position);
+                if (tool.group.visible) tool.showGrip(tool.grip, now);
             }
             this.drawForce(tool, touches && tool.force > 1e-4, figures);
         }
@@ -195,7 +144,7 @@ export class Tools {
     shade() {
         const shown = this.list.filter((tool) => tool.group.visible && tool.kind !== 'grasper')
             .sort((a, b) => (a.kind === 'static') - (b.kind === 'static'));
-        shadeTissue(shown.flatMap(({ group, capsules }) => capsules.map(({ from, to, radius }) => ({ radius,
+        shadeTissue(shown.flatMap(({ group, mouth, capsules }) => (mouth ? [mouth] : []).concat(capsules).map(({ from, to, radius }) => ({ radius,
             from: from.clone().applyQuaternion(group.quaternion).add(group.position),
             to: to.clone().applyQuaternion(group.quaternion).add(group.position) }))));
     }
@@ -227,20 +176,6 @@ export class Tools {
         return this.list.some((tool) => (tool.kind !== 'static' && tool.group.visible && now - tool.poseAt >= STALE) ||
             (tool.touching && now - tool.contactAt >= STALE));
     }
-}
-
-// Along +y, of length one; its width is a small part of the scene, set by its scale.
-function arrow() {
-    const material = steel(0xf0b429);
-    const group = new Group();
-    const shaft = new Mesh(new CylinderGeometry(0.006, 0.006, 0.8, 12).translate(0, 0.4, 0), material);
-    const head = new Mesh(new ConeGeometry(0.018, 0.26, 16).translate(0, 0.87, 0), material);
-    // On top of everything else: its information matters more than what it covers.
-    for (const part of [shaft, head]) part.renderOrder = 10;
-    shaft.onBeforeRender = (renderer) => renderer.clearDepth();
-    group.add(shaft, head);
-    group.visible = false;
-    return group;
 }
 
 /** The turn that brings the tool's `axis` to the direction `to`. */
