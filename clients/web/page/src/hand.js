@@ -12,6 +12,7 @@ import { Pose, hold, turnHeld } from './pose.js';
 const TICK = 10, REPEAT = 40;     // [ms]
 const SLOWEST_TICK = 100;         // [ms] that count of a longer time between two
 const APART = 0.03;               // of the scene's size: from where a tool approaches
+const LONG = 0.5;                 // of the scene's size: the edge of a blade that can go through all of it
 const STEEPEST = 2;               // a blade goes deeper by so much of the way along the picture
 const TURNS_WITHIN = 0.04;         // of the scene's size: the way in which a blade's back turns after a corner
 const TURNS = 12;                  // [rad/s] no faster: the server would doubt it
@@ -164,19 +165,20 @@ export class Hand {
                 : { advance: -APART * stage.size, depth: this.world.settings.depth * stage.size, grip: 0 }) };
     }
 
-    // A blade whose edge lies along the line of sight, and whose end follows the surface under the pointer; beside the
-    // tissue at the depth of the scene's middle.
+    // A blade whose edge lies along the line of sight, and whose end follows the surface under the pointer. From beside the
+    // tissue a long one goes through all of it, its middle at the depth of the scene's middle.
     takeBlade(ray, found) {
         const { stage, settings } = this.world;
         const blade = this.toolOf('blade');
         if (!blade) return null;
         const direction = stage.viewDirection(new Vector3());
         const length = blade.edge[0].distanceTo(blade.edge[1]);
+        const through = !found && length > LONG * stage.size;
         const point = found ? ray.at(found.distance, new Vector3()) : stage.center.clone();
         this.plane.setFromNormalAndCoplanarPoint(direction, point);
-        const depth = Math.min(settings.depth * stage.size, length);
-        return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth, met: Boolean(found),
-            advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction),
+        const depth = through ? 0.5 * length : Math.min(settings.depth * stage.size, length);
+        return { kind: 'blade', direction, point, started: performance.now(), sent: -Infinity, depth, through,
+            met: Boolean(found), advance: found ? -APART * stage.size : depth, ...hold(stage, blade, direction),
             trail: new Vector3(-1, 0, 0).transformDirection(stage.camera.matrixWorld) };
     }
 
@@ -245,7 +247,7 @@ export class Hand {
         if (drag.kind === 'tie') return this.ties.follow(event);
         const ray = this.world.stage.rayThrough(event.clientX, event.clientY);
         const follows = drag.kind === 'blade' || drag.kind === 'remove';
-        if (follows) this.followSurface(ray);
+        if (follows && !drag.through) this.followSurface(ray);
         if (!ray.intersectPlane(this.plane, this.at)) return;
         if (follows) this.turnBlade(passed);
         if (drag.tool) this.send(event.timeStamp);
