@@ -9,7 +9,7 @@
 // Cells between two points of a fibre. A fibre without points between its ends is a string: it
 // bends a slender flap like a bow (Euler: at 12 (stress/E) (length/thickness)^2 > pi^2). With
 // points at most 2 cells apart that takes a stress of 0.2 E even in a flap of one cell.
-enum { SPACING = 2 };
+enum { SPACING = 1 };
 // A fibre's pull falls where it is shorter than this share of its length at rest, so that it has a
 // direction, and a bounded stiffness, down to the length 0.
 static const double SOFT = 0.25;
@@ -53,7 +53,7 @@ static void put_point(CutTension *tension, Trace *trace, int cell, int direction
         to->vertex[c] = lattice->corner[cell][corner[c]];
         to->weight[c] = (float)weight;
     }
-    to->pull = 0.0F;
+    to->pull = 0.0;
     trace->points++;
 }
 
@@ -61,9 +61,15 @@ static void put_point(CutTension *tension, Trace *trace, int cell, int direction
 static void end_segment(CutTension *tension, Trace *trace, double area)
 {
     TensionPoint *from = &tension->point[tension->count - 2];
-    for (int k = 0; k < 3; k++)
-        from->along[k] = (float)(tension->size * trace->length * trace->direction[k]);
-    from->pull = (float)(area * trace->pull / trace->length);
+    const double(*rest)[3] = (const double(*)[3])tension->vertices->rows.rest;
+    // Between the rounded points: a force off their line would have a moment.
+    for (int k = 0; k < 3; k++) {
+        from->along[k] = 0.0;
+        for (int c = 0; c < 4; c++)
+            from->along[k] += (double)from[1].weight[c] * rest[from[1].vertex[c]][k] -
+                              (double)from->weight[c] * rest[from->vertex[c]][k];
+    }
+    from->pull = area * trace->pull / trace->length;
     trace->last_length = trace->length, trace->last_pull = trace->pull;
     trace->length = trace->pull = 0.0;
 }
@@ -159,7 +165,7 @@ static bool trace_fibre(CutTension *tension, int square, int spacing)
             // Between two cuts the fibres of both sides take half of the tension each.
             if (open)
                 for (int p = first; p < tension->count; p++)
-                    tension->point[p].pull *= 0.5F;
+                    tension->point[p].pull *= 0.5;
         }
         trace.id = next;
     }
@@ -216,11 +222,10 @@ static inline void add_force(const TensionPoint *point, void *force, Vec3 f, boo
 // is the pull.
 static inline double segment(const TensionPoint *point, Vec3 shift, Vec3 *force)
 {
-    const Vec3 rest = {(double)point->along[0], (double)point->along[1], (double)point->along[2]};
+    const Vec3 rest = {point->along[0], point->along[1], point->along[2]};
     const Vec3 s = vec3_add(rest, shift);
     const double square = vec3_dot(rest, rest), soft = SOFT * SOFT * square;
-    const double now = sqrt(vec3_dot(s, s) + soft),
-                 pull = sqrt(1.0 + SOFT * SOFT) * (double)point->pull;
+    const double now = sqrt(vec3_dot(s, s) + soft), pull = sqrt(1.0 + SOFT * SOFT) * point->pull;
     *force = vec3_scale(pull / now, s);
     return pull * (now - sqrt(square + soft));
 }
@@ -236,7 +241,7 @@ static inline void add_forces(const CutTension *tension, const void *rows, void 
             here = shift_of(point, rows, single);
         if (p + 1 < tension->count)
             next = shift_of(point + 1, rows, single);
-        if (point->pull > 0.0F)
+        if (point->pull > 0.0)
             segment(point, vec3_sub(next, here), &pull);
         pull = vec3_scale(scale, pull);
         add_force(point, force, vec3_sub(pull, before), single);
@@ -259,7 +264,7 @@ double cut_tension_energy(const CutTension *tension, const void *rows, double sc
     for (int p = 0; p < tension->count; p++) {
         const TensionPoint *point = &tension->point[p];
         Vec3 force;
-        if (point->pull > 0.0F)
+        if (point->pull > 0.0)
             energy += segment(
                 point, vec3_sub(shift_of(point + 1, rows, single), shift_of(point, rows, single)),
                 &force);

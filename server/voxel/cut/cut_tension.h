@@ -15,8 +15,8 @@
 typedef struct TensionPoint {
     int vertex[4];   // of the face
     float weight[4]; // their shares; multiples of 2^-20, so that the sum is exactly 1
-    float along[3];  // to the next point at rest [m], in the axes of the rows
-    float pull;      // between the two [N]; 0: the fibre ends here
+    double along[3]; // to the next point at rest [m], in the axes of the rows
+    double pull;     // between the two [N]; 0: the fibre ends here
 } TensionPoint;
 
 typedef struct CutTension {
