@@ -2,6 +2,8 @@
 // Reads one entry of `bodies`: the keys of both models, and checks which of them apply to its own.
 #include "scene/scene_parts.h"
 
+#include <math.h>
+
 static const OptionWord MODEL_WORDS[] = {
     {"surface", MODEL_SURFACE}, {"voxel", MODEL_VOXEL}, {NULL, 0}};
 static const OptionWord INTEGRATOR_WORDS[] = {{"leapfrog", INTEGRATOR_LEAPFROG},
@@ -265,7 +267,18 @@ static bool read_tear(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (option_length(raw->tear) == 0)
         return option_fail(source, raw->tear, "tear is empty: give it %s",
                            scene_has_cells(body) ? "stress or force" : "stretch");
-    return body->options.cuttable || option_fail(source, raw->tear, "tear needs cuttable = true");
+    if (!body->options.cuttable)
+        return option_fail(source, raw->tear, "tear needs cuttable = true");
+    // A body is whole until something pulls at it.
+    double most = 0.0;
+    for (int i = 0; scene_has_cells(body) && i < body->voxel.material_count; i++)
+        most = fmax(most, body->material[i].prestress);
+    char text[2][OPTION_NUMBER_TEXT];
+    return !option_given(raw->tear, "stress") || body->voxel.tear_stress > most ||
+           option_fail(source, option_find(raw->tear, "stress"),
+                       "tear.stress %s must be more than prestress, %s",
+                       option_number_text(text[0], body->voxel.tear_stress),
+                       option_number_text(text[1], most));
 }
 
 // After the cells were read: only then a plane body is known to be one.

@@ -488,11 +488,11 @@ static bool check_poisson(const SceneReader *reader, const BodyGroup *raw,
 static bool check_prestress(const SceneReader *reader, const SceneBody *body,
                             const config_setting_t *group, const SolidMaterial *material)
 {
-    const config_setting_t *at = option_find(group, "prestress");
+    const config_setting_t *given = option_find(group, "prestress"),
+                           *at = given != NULL ? given : group;
     char text[2][OPTION_NUMBER_TEXT];
     if (!(material->prestress > 0.0))
         return true;
-    at = at != NULL ? at : group;
     if (body->model == MODEL_PLANE)
         return option_fail(&reader->source, at, "prestress means nothing for a plane body");
     return material->prestress <= PRESTRESS_MOST * material->youngs_modulus ||
