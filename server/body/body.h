@@ -90,7 +90,8 @@ typedef struct TopologyChange {
     const FaceChange *face;      // `from` is a slot before the change
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
-    const int (*gone_parent)[2]; // [gone_count] nodes that they were between
+    const int (*gone_parent)[2]; // [gone_count] nodes that they were between; -1: their matter was
+                                 // taken away
     int pieces; // of reconstruct: how many there are, if it may have separated some; else 0
     bool again; // call once more in this tick: new faces may have to be divided in turn
 } TopologyChange;
@@ -354,8 +355,9 @@ bool body_parameters_get(const BodyParameters *parameters, bool damped, BodyPara
 
 typedef struct BodyOptions {
     const char *name;
-    int levels;    // surface: finest level of detail; voxel: coarsest level of elements; from 0
-    bool cuttable; // blades can cut it
+    int levels;     // surface: finest level of detail; voxel: coarsest level of elements; from 0
+    bool cuttable;  // blades can cut it
+    bool removable; // and tools take it away: the scene has a remover
     IntegratorKind integrator;
     double time_step; // [s]; 0: from the stability bound
     bool unsafe_time_step;

@@ -153,6 +153,14 @@ void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed)
     rows_put(&vertices->rows, vertices->inverse_mass, vertex, fixed ? 0.0 : 1.0 / mass);
 }
 
+void vertices_retire(Vertices *vertices, int vertex)
+{
+    vertices->mass[vertex] = 0.0;
+    rows_put(&vertices->rows, vertices->inverse_mass, vertex, 0.0);
+    for (int c = 0; c < ROW; c++)
+        rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);
+}
+
 // The spare row counts as in use where it directly follows the vertices.
 void vertices_set_count(Vertices *vertices, int count)
 {
@@ -443,8 +451,13 @@ int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *veloci
 {
     const Vertices *vertices = model;
     for (int i = 0; i < vertices->count; i++) {
+        const bool free = vertices->mass[i] == 0.0; // without elements
         if (id != NULL)
-            id[i] = vertices->id[i];
+            id[i] = free ? -1 : vertices->id[i];
+        if (free) {
+            position[i] = velocity[i] = (Vec3){0.0, 0.0, 0.0};
+            continue;
+        }
         rows_read(&vertices->rows, vertices_row(vertices), i, &position[i], &velocity[i]);
     }
     return vertices->count;
@@ -476,6 +489,8 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
     Vec3 weight = {0.0, 0.0, 0.0}; // sum of mass times displacement, in the rows' axes
     // Energy, weight and the farthest vertex.
     for (int i = 0; i < vertices->count; i++) {
+        if (vertices->mass[i] == 0.0) // without elements
+            continue;
         Vec3 u = rows_vector(rows, row, i, 0), v = rows_vector(rows, row, i, 4);
         if (rows->floating) { // u is small however far the body has travelled
             Vec3 x;

@@ -27,6 +27,8 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
     body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0 &&
                              scene->sim.max_ties == 0 && scene->touch_count == 0;
     body->without_loads = scene->load_count == 0 && !options->may_load;
+    for (int t = 0; t < scene->tool_count; t++)
+        body->removable |= scene->tool[t].kind == TOOL_REMOVER;
 }
 
 bool world_build(World *world, const Scene *scene, const BuildOptions *options, Status *status)

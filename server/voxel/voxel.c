@@ -75,6 +75,8 @@ static bool voxel_commit(void *self)
     const bool good = vertices_commit(&model->vertices);
     if (good && model->batches->relaxation != NULL)
         relaxation_commit(model->batches->relaxation);
+    if (good && model->cuts != NULL && model->vertices.rows.floating)
+        cut_body_committed(model->cuts);
     return good;
 }
 
@@ -242,8 +244,8 @@ static const char *voxel_isa(const void *self)
     .gather_patch = voxel_gather_patch, .set = vertices_set, .get = vertices_get,                  \
     .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
-    OPERATIONS, .cut = cut_body_cut, .reconstruct = cut_body_reconstruct,                          \
-                .reserve_blades = cut_body_reserve_blades
+    OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
+                .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades
 
 // The pipeline has stages for operations that a body has.
 const BodyOps voxel_ops = {OPERATIONS};

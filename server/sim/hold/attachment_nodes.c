@@ -321,7 +321,7 @@ static void hand_over(Attachment *attachment, const void *went, const int parent
         HeldNode held;
         Tie tie;
     } row;
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 2 && parent[k] >= 0; k++) {
         const bool known = bits_has(attachment->mark, parent[k]);
         if (attachment->row->inherit(attachment, parent[k], went,
                                      known ? given_at(attachment, parent[k]) : NULL, &row))

@@ -12,9 +12,9 @@
 // ---------------------------------------------------------------------------------------------
 // Changes of topology
 
-// Updates all data derived from elements and vertices, in the order of their dependencies.
-static bool follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
-                   TopologyChange *change)
+// In the order of their dependencies.
+bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
+                     TopologyChange *change)
 {
     cut_masses_follow(&cuts->masses, divided);
     cut_windows_update(&cuts->windows);
@@ -55,11 +55,11 @@ static bool break_faces(VoxelCuts *cuts, Body *body, const int (*face)[2],
     const int before = cut_lattice_used(&cuts->lattice);
     cut_lattice_break(&cuts->lattice, face, count);
     const bool pieces_came = cut_pieces_follow(&cuts->pieces, face, count);
-    const bool changed = follow(cuts, body, false, pieces_came, change);
+    const bool changed = cut_body_follow(cuts, body, false, pieces_came, change);
     outcome->verdict = CUT_DONE;
     outcome->separated = count;
     outcome->nodes_added = cut_lattice_used(&cuts->lattice) - before;
-    outcome->pieces = (int)*cuts->pieces.count;
+    outcome->pieces = cut_pieces_count(&cuts->pieces);
     outcome->small_pieces = cuts->pieces.small_count;
     return changed;
 }
@@ -103,7 +103,7 @@ bool cut_body_reconstruct(Body *body, TopologyChange *change)
         cuts->refused++;
         return false;
     }
-    return follow(cuts, body, true, false, change);
+    return cut_body_follow(cuts, body, true, false, change);
 }
 
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state)
@@ -129,13 +129,17 @@ static bool derive(VoxelCuts *cuts, Body *body)
     if (cuts->tension != NULL && faces)
         cut_tension_follow(cuts->tension);
     body->element_count = cuts->lattice.leaf_count;
-    return pieces && faces;
+    if (cuts->reach != NULL)
+        cut_body_count_gone(cuts, body);
+    return pieces && faces && (cuts->reach == NULL || cuts->present > 0);
 }
 
 void cut_body_restored(VoxelCuts *cuts, Body *body)
 {
     cuts->sound = derive(cuts, body);
     cut_blades_restored(&cuts->blades);
+    if (cuts->reach != NULL)
+        cut_reach_restored(cuts->reach);
 }
 
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
@@ -147,6 +151,13 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
 }
 
 // ---------------------------------------------------------------------------------------------
+
+void cut_body_committed(VoxelCuts *cuts)
+{
+    const CutMasses *masses = &cuts->masses;
+    for (int k = 0; k < masses->retired_count; k++)
+        vertices_retire(masses->vertices, masses->retired[k]);
+}
 
 void cut_body_feel(VoxelCuts *cuts)
 {
@@ -395,6 +406,13 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     }
     cuts->tension = cut_tension_create(&cuts->faces, making, arena);
     cuts->tear.tension = cuts->tension;
+    if (options->body.removable) {
+        cuts->reach = ALLOCATE(ARENA_CONTACT, 1, CutReach, "reach of removers");
+        cut_reach_create(cuts->reach, cuts->name, &cuts->blades, arena, state);
+        cuts->gone = ALLOCATE(ARENA_CONTACT, options->material_count, int, "cells that are gone");
+        cuts->mass_at_load = body->mass;
+        cut_body_count_gone(cuts, body);
+    }
     // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;

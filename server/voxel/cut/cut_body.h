@@ -9,6 +9,7 @@
 #include "voxel/cut/cut_fit.h"
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
+#include "voxel/cut/cut_remove.h"
 #include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_tension.h"
 #include "voxel/cut/cut_windows.h"
@@ -26,6 +27,10 @@ typedef struct VoxelCuts {
     CutTear tear;        // of bodies that tear
     CutFit *fit;         // of a smooth surface, or NULL
     CutTension *tension; // of tissue under tension at rest, or NULL
+    CutReach *reach;     // of removers; NULL: cells cannot go
+    int present;         // finest cells
+    int *gone;           // [materials] cells that are gone, and
+    double mass_at_load; // of the body [kg]
     bool sound;          // the last derivation from the state succeeded
     int64_t refused;     // reconstructions left incomplete for lack of capacity, since the start
 } VoxelCuts;
@@ -36,7 +41,13 @@ bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange 
 bool cut_body_reconstruct(Body *body, TopologyChange *change);
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 
+// Updates all data derived from elements and vertices. True if anything visible changed.
+bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
+                     TopologyChange *change);
+
 // --- parts of operations that all voxel bodies have ---
+// Keeps vertices without elements in their place, after the frame has followed the body.
+void cut_body_committed(VoxelCuts *cuts);
 // Records what pushes from outside; after vertices_begin.
 void cut_body_feel(VoxelCuts *cuts);
 // The same of impulses [N s] of a substep h [s] on some vertices.

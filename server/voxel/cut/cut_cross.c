@@ -163,7 +163,7 @@ CutCrossing cut_crossing_middle(int axis)
 CutCrossing cut_crossing_find(const CellCentres *centres, CrossGradients *gradients,
                               const CutPath edge[2], const CutPath link[2], int cell, int axis)
 {
-    double on_edge, on_link, normal[3] = {0.0};
+    double on_edge, on_link;
     Meeting meeting;
     begin(&meeting, edge, link);
     const double t = find_time(&meeting, &on_edge, &on_link);
@@ -171,11 +171,18 @@ CutCrossing cut_crossing_find(const CellCentres *centres, CrossGradients *gradie
     const Vec3 of_edge = vec3_madd(meeting.edge[0], on_edge, meeting.motion.u);
     const Vec3 of_link = vec3_madd(meeting.link[0], on_link, meeting.motion.v);
     const Vec3 n = vec3_unit(vec3_cross(now.u, vec3_sub(of_edge, of_link)));
+    return cut_crossing_at(centres, gradients, on_link, n, cell, axis);
+}
+
+CutCrossing cut_crossing_at(const CellCentres *centres, CrossGradients *gradients, double along,
+                            Vec3 n, int cell, int axis)
+{
+    double normal[3] = {0.0};
     const double(*m)[3] = centres->turn;
     const Vec3 local = vec3(m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
                             m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
                             m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z);
     add_normal(centres, gradients, cell, local, normal);
     add_normal(centres, gradients, cut_lattice_beyond(centres->lattice, cell, axis), local, normal);
-    return crossing_of(on_link, normal, axis);
+    return crossing_of(along, normal, axis);
 }

@@ -31,4 +31,8 @@ CutCrossing cut_crossing_middle(int axis);
 CutCrossing cut_crossing_find(const CellCentres *centres, CrossGradients *gradients,
                               const CutPath edge[2], const CutPath link[2], int cell, int axis);
 
+// Returns the crossing at a share of a link, with this normal in the world.
+CutCrossing cut_crossing_at(const CellCentres *centres, CrossGradients *gradients, double along,
+                            Vec3 n, int cell, int axis);
+
 #endif

@@ -90,11 +90,12 @@ void cut_faces_add_slot(CutFaces *faces, int vertex)
 void cut_faces_describe_slot(CutFaces *faces, int slot)
 {
     const int vertex = faces->slot_vertex[slot], from = faces->copied_from[vertex];
-    const int id = faces->lattice->vertex_id[vertex];
+    const bool gone = faces->lattice->anchor[vertex] < 0;
+    const int id = gone ? -1 : faces->lattice->vertex_id[vertex];
     faces->slot_of[vertex] = slot;
     faces->id[slot] = faces->parent[slot][0] = faces->parent[slot][1] = id;
     faces->origin[slot] = from < 0 ? id : faces->lattice->vertex_id[from];
-    faces->piece[slot] = cut_pieces_of(faces->pieces, faces->cell_of[vertex]);
+    faces->piece[slot] = gone ? -1 : cut_pieces_of(faces->pieces, faces->cell_of[vertex]);
 }
 
 static void set_corner(CutFaces *faces, int face, int corner, int vertex)
@@ -218,21 +219,15 @@ void cut_faces_settle_touched(CutFaces *faces)
 // ---------------------------------------------------------------------------------------------
 // After changes of the lattice
 
-// Returns the lowest cell of a vertex's part, from its id.
+// Returns the lowest cell of a vertex's part; -1: it has no element.
 static int cell_of_vertex(const CutLattice *lattice, int vertex)
 {
-    int point[3], leaf[8];
+    const int slot = lattice->anchor[vertex];
+    int point[3];
     cut_lattice_point(lattice, vertex, point);
-    const long points = (long)(lattice->lattice_count[0] + 1) * (lattice->lattice_count[1] + 1) *
-                        (lattice->lattice_count[2] + 1);
-    // The id tells the lowest slot of the part, or that it is the lowest solid one.
-    int slot = (int)(lattice->vertex_id[vertex] / points);
-    cut_lattice_around(lattice, point, leaf);
-    while (slot < 8 && leaf[slot] < 0)
-        slot++;
-    ASSERT(slot < 8);
-    return cut_lattice_cell(lattice, point[0] - 1 + (slot & 1), point[1] - 1 + (slot >> 1 & 1),
-                            point[2] - 1 + (slot >> 2));
+    return slot < 0 ? -1
+                    : cut_lattice_cell(lattice, point[0] - 1 + (slot & 1),
+                                       point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
 }
 
 void cut_faces_enter_vertex(CutFaces *faces, int vertex)
@@ -263,14 +258,86 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     change->born = faces->born;
 }
 
-static void add_square(CutFaces *faces, int cell, int direction)
+// Returns the lowest free square, else the next.
+static int take_place(CutFaces *faces)
 {
-    if (faces->square_of[cell][direction] >= 0)
-        return;
-    ASSERT(*faces->shown < faces->square_capacity);
-    const int square = (int)(*faces->shown)++;
+    if (faces->free_count == 0) {
+        ASSERT(*faces->shown < faces->square_capacity);
+        return (int)(*faces->shown)++;
+    }
+    while (faces->square[faces->free_low] >= 0)
+        faces->free_low++;
+    faces->free_count--;
+    return faces->free_low++;
+}
+
+static bool add_square(CutFaces *faces, int cell, int direction)
+{
+    if (faces->square_of[cell][direction] >= 0 ||
+        !cut_faces_is_shown(faces->lattice, cell, direction))
+        return false;
+    const int square = take_place(faces);
     faces->square[square] = 6 * cell + direction;
     cut_faces_enter_square(faces, square);
+    return true;
+}
+
+// Returns the side of a face {cell, axis} below or above it; its edge is 0.
+static SquareEdge side_of_face(const CutLattice *lattice, const int face[2], int side)
+{
+    const int up = 2 * face[1] + 1;
+    return side == 0 ? (SquareEdge){face[0], up, 0}
+                     : (SquareEdge){cut_lattice_across(lattice, face[0], up), up - 1, 0};
+}
+
+// Frees the square of a cell that went. Outer places stay free: walls come after them.
+static void end_square(CutFaces *faces, int square, TopologyChange *change)
+{
+    for (int face = 2 * square; face < 2 * square + 2; face++) {
+        for (int c = 0; c < 3; c++) {
+            take_from_node(faces, faces->face[face][c], face);
+            cut_faces_touch(faces, faces->face[face][c]);
+            faces->face[face][c] = faces->triangle[face][c] = 0;
+            faces->neighbor[face][c] = -1;
+        }
+        faces->ended[change->face_count++] = (FaceChange){face, -1};
+    }
+    faces->square[square] = -1;
+    if (square < faces->outer_squares)
+        return;
+    faces->free_count++;
+    faces->free_low = square < faces->free_low ? square : faces->free_low;
+}
+
+// Ends what showed cells that went, and the vertices that had no other element.
+static void follow_removal(CutFaces *faces, TopologyChange *change)
+{
+    const CutLattice *lattice = faces->lattice;
+    const CutChanges *changes = &lattice->changes;
+    for (int i = 0; i < changes->element_count && changes->lost_count > 0; i++) {
+        const int cell = changes->element[i];
+        if (cell >= faces->cell_count || !cut_lattice_is_gone(lattice, cell))
+            continue;
+        for (int d = 0; d < SQUARE_DIRECTIONS; d++) {
+            int *square = &faces->square_of[cell][d];
+            faces->wall_count -= cut_lattice_across(lattice, cell, d) >= 0;
+            if (*square >= 0)
+                end_square(faces, *square, change);
+            *square = -1;
+        }
+    }
+    for (int i = 0; i < changes->lost_count; i++) {
+        const int vertex = changes->lost[i];
+        faces->cell_of[vertex] = cell_of_vertex(lattice, vertex);
+        if (lattice->anchor[vertex] >= 0)
+            continue;
+        faces->gone[change->gone_count++] = vertex;
+        if (faces->slot_of[vertex] >= 0)
+            cut_faces_describe_slot(faces, faces->slot_of[vertex]);
+    }
+    change->face = faces->ended;
+    change->gone = faces->gone;
+    change->gone_parent = (const int(*)[2])faces->none;
 }
 
 // Adds new squares in the order in which their faces opened; then updates existing ones whose
@@ -279,16 +346,13 @@ static bool follow_squares(CutFaces *faces)
 {
     const CutLattice *lattice = faces->lattice;
     const CutChanges *changes = &lattice->changes;
-    const int before = (int)*faces->shown;
-    // An open face shows a square on either side.
-    for (int f = 0; f < changes->face_count; f++) {
-        const int cell = changes->face[f][0], axis = changes->face[f][1];
-        if (!cut_lattice_is_open(lattice, cell, axis))
-            continue;
-        add_square(faces, cell, 2 * axis + 1);
-        add_square(faces, cut_lattice_beyond(lattice, cell, axis), 2 * axis);
-    }
-    bool changed = *faces->shown > before;
+    bool changed = false;
+    // An open face shows a square on either side where there is a cell.
+    for (int f = 0; f < changes->face_count; f++)
+        for (int side = 0; side < 2; side++) {
+            const SquareEdge at = side_of_face(lattice, changes->face[f], side);
+            changed |= add_square(faces, at.cell, at.direction);
+        }
     // Corners follow the vertices of changed elements.
     for (int i = 0; i < changes->element_count; i++) {
         const int element = changes->element[i];
@@ -299,8 +363,12 @@ static bool follow_squares(CutFaces *faces)
                 changed |= follow_corners(faces, faces->square_of[element][d]);
     }
     // Neighbours last: all squares exist now.
-    for (int square = before; square < *faces->shown; square++)
-        cut_faces_join_square(faces, square);
+    for (int f = 0; f < changes->face_count; f++)
+        for (int side = 0; side < 2; side++) {
+            const SquareEdge at = side_of_face(lattice, changes->face[f], side);
+            if (faces->square_of[at.cell][at.direction] >= 0)
+                cut_faces_join_square(faces, faces->square_of[at.cell][at.direction]);
+        }
     return changed;
 }
 
@@ -320,6 +388,8 @@ static void touch_masses(CutFaces *faces)
             if (node[n] >= 0 && faces->start[node[n]] < faces->end[node[n]])
                 cut_faces_touch(faces, node[n]);
     }
+    for (int i = 0; i < changes->lost_count && faces->node_firmness != NULL; i++)
+        cut_faces_touch(faces, changes->lost[i]);
 }
 
 void cut_faces_report(const CutFaces *faces, Body *body)
@@ -336,15 +406,17 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     *change = (TopologyChange){.again = false};
     follow_births(faces, change);
     for (int f = 0; f < changes->face_count; f++) // the bit of faces listed again is not new
-        faces->broken_count +=
-            faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 1;
+        faces->wall_count += faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 2;
     for (int f = 0; f < changes->face_count; f++)
         faces->counted[changes->face[f][0]] |= (unsigned char)(1 << changes->face[f][1]);
-    bool changed = follow_squares(faces) || change->born_count > 0;
+    const bool ended = changes->lost_count > 0;
+    if (ended)
+        follow_removal(faces, change);
+    bool changed = follow_squares(faces) || ended || change->born_count > 0;
     touch_masses(faces);
     cut_faces_settle_touched(faces);
     for (int slot = 0; slot < *faces->slot_count && pieces_came; slot++)
-        faces->piece[slot] = cut_pieces_of(faces->pieces, faces->cell_of[faces->slot_vertex[slot]]);
+        cut_faces_describe_slot(faces, slot);
     cut_faces_report(faces, body);
     return changed || pieces_came;
 }
@@ -352,10 +424,14 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
 bool cut_faces_has_room(const CutFaces *faces, int broken, int *needed, int *room)
 {
     // Faces that are broken but not open yet get their squares later.
-    const long squares = faces->outer_squares + 2 * ((long)faces->broken_count + broken);
     *needed = 4 * broken;
-    *room = 2 * (faces->square_capacity - faces->outer_squares) - 4 * (int)faces->broken_count;
-    return squares <= faces->square_capacity;
+    *room = 2 * (faces->square_capacity - faces->outer_squares - (int)faces->wall_count);
+    return *needed <= *room;
+}
+
+bool cut_faces_has_room_to_remove(const CutFaces *faces, int cells, int *needed, int *room)
+{
+    return cut_faces_has_room(faces, 3 * cells, needed, room);
 }
 
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The visible faces of a cuttable voxel body: a square, two triangles, for each side of a finest
-// cell (a leaf of level 0) beyond which there is void or a broken face. Squares are never removed:
-// each keeps its place, new ones take the next, so that data stored by face or node stays valid.
-// When vertices are duplicated the corners of squares follow.
+// cell (a leaf of level 0) beyond which there is void or a broken face. Each keeps its
+// place, so that data stored by face or node stays valid; new ones take the lowest place that the
+// walls of cells that are gone have left, else the next. When vertices are duplicated the corners
+// of squares follow.
 //
 // The nodes of BodySurface are the vertices, whether or not they are on the surface. Those of
 // BodyMesh have slots: first the vertices of the outer faces, then others as they appear on the
@@ -31,15 +32,17 @@ typedef struct CutFaces {
     bool all; // slots are vertices
 
     // --- part of the state ---
-    int *square;         // [square_capacity] 6 * cell + direction (-x, +x, -y, +y, -z, +z)
-    int64_t *shown;      // number of squares
+    int *square;         // [square_capacity] 6 * cell + direction (-x, +x, -y, +y, -z, +z); -1:
+                         // free
+    int64_t *shown;      // number of squares, free ones included
     int *slot_vertex;    // [vertex_capacity] vertex of a published node
     int64_t *slot_count; // number of slots
     int *copied_from;    // [vertex_capacity] vertex from which it was copied; -1: none
 
     // --- derived from the state ---
-    unsigned char *counted;   // [cell] broken faces that are included in broken_count
-    int64_t broken_count;     // faces
+    unsigned char *counted;   // [cell] broken faces that are included in wall_count
+    int64_t wall_count;       // sides of broken faces: each is a square, or will be
+    int free_count, free_low; // free squares of walls; none is lower
     int (*square_of)[6];      // [cell][direction] or -1
     int (*face)[3];           // [2 * square_capacity] vertices
     int (*neighbor)[3];       // [2 * square_capacity]
@@ -62,6 +65,8 @@ typedef struct CutFaces {
     int *touched;    // vertices
     unsigned char *is_touched;
     int touched_count;
+    FaceChange *ended;     // [6 * CUT_REMOVE_MOST] faces of cells that went; NULL: none can
+    int *gone, (*none)[2]; // [8 * CUT_REMOVE_MOST] vertices without an element; {-1, -1} of each
 } CutFaces;
 
 // Load time. Fills body->surface and body->mesh; an uncut body has the faces of
@@ -74,6 +79,8 @@ bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *
 // True if two squares for each of this many new broken faces are certain to fit; otherwise reports
 // how many squares' triangles are needed and available.
 bool cut_faces_has_room(const CutFaces *faces, int broken, int *needed, int *room);
+// The same for the squares around cells that go.
+bool cut_faces_has_room_to_remove(const CutFaces *faces, int cells, int *needed, int *room);
 // Updates the faces after changes of the lattice, with the masses and pieces up to date and before
 // cut_lattice_forget_changes, and reports what contacts and loads need. True if anything visible
 // changed. `pieces_came`: result of cut_pieces_follow.

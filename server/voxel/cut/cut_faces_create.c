@@ -33,13 +33,27 @@ static void clear(CutFaces *faces)
 
 static void count_broken(CutFaces *faces)
 {
-    faces->broken_count = 0;
+    const CutLattice *lattice = faces->lattice;
+    faces->wall_count = 0;
     for (int c = 0; c < faces->cell_count; c++) {
-        faces->counted[c] = faces->lattice->broken[c];
-        faces->broken_count += __builtin_popcount(faces->counted[c]);
+        faces->counted[c] = lattice->broken[c];
+        for (int axis = 0; axis < 3; axis++)
+            if (lattice->broken[c] >> axis & 1)
+                faces->wall_count +=
+                    !cut_lattice_is_gone(lattice, c) +
+                    !cut_lattice_is_gone(lattice, cut_lattice_across(lattice, c, 2 * axis + 1));
     }
 }
 
+static void count_free(CutFaces *faces)
+{
+    faces->free_count = 0;
+    faces->free_low = faces->outer_squares;
+    for (int s = faces->outer_squares; s < *faces->shown; s++)
+        faces->free_count += faces->square[s] < 0;
+}
+
+// Counts the visible sides.
 static int count_sides(const CutFaces *faces)
 {
     int count = 0;
@@ -52,21 +66,24 @@ static int count_sides(const CutFaces *faces)
 // True if the list of squares has each visible side once.
 static bool squares_are_valid(CutFaces *faces)
 {
-    // As many squares as sides that are shown.
-    if (*faces->shown < 0 || *faces->shown > faces->square_capacity ||
-        *faces->shown != count_sides(faces))
+    if (*faces->shown < 0 || *faces->shown > faces->square_capacity)
         return false;
     bool sound = true;
+    int sides = 0;
     for (int s = 0; s < *faces->shown && sound; s++) {
         // Each side once.
         const int code = faces->square[s];
+        if (code == -1 && faces->lattice->removable)
+            continue;
+        sides++;
         sound = code >= 0 && code / 6 < faces->cell_count &&
                 cut_faces_is_shown(faces->lattice, code / 6, code % 6) &&
                 faces->square_of[code / 6][code % 6] < 0;
         if (sound)
             faces->square_of[code / 6][code % 6] = s;
     }
-    return sound;
+    // As many squares as sides that are shown.
+    return sound && sides == count_sides(faces);
 }
 
 static void choose_squares(CutFaces *faces)
@@ -140,20 +157,23 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
         choose_slots(faces);
         sound = false;
     }
+    count_free(faces);
     // The lists are valid now: create triangles and node lists from them.
     for (int s = 0; s < *faces->slot_count; s++)
         cut_faces_describe_slot(faces, s);
     const int64_t slots = *faces->slot_count;
     for (int s = 0; s < *faces->shown; s++)
-        cut_faces_enter_square(faces, s);
+        if (faces->square[s] >= 0)
+            cut_faces_enter_square(faces, s);
     // Exactly the vertices on the surface must have slots.
     sound &= *faces->slot_count == slots;
     for (int s = 0; s < *faces->slot_count && !faces->all; s++) {
         const int vertex = faces->slot_vertex[s];
-        sound &= faces->start[vertex] < faces->end[vertex];
+        sound &= faces->start[vertex] < faces->end[vertex] || faces->lattice->anchor[vertex] < 0;
     }
     for (int s = 0; s < *faces->shown; s++)
-        cut_faces_join_square(faces, s);
+        if (faces->square[s] >= 0)
+            cut_faces_join_square(faces, s);
     // Recompute all vertices, each once, regardless of which ones entering squares has touched.
     for (int v = 0; v < faces->vertex_count; v++)
         cut_faces_touch(faces, v);
@@ -229,6 +249,14 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     // Scratch of a change.
     faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices, NodeBirth, "born nodes");
     faces->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched nodes");
+    if (faces->lattice->removable) {
+        enum { ENDED = 12 * CUT_REMOVE_MOST, GONE = NODE_CORNERS * CUT_REMOVE_MOST };
+        faces->ended = ALLOCATE(ARENA_TOPOLOGY, ENDED, FaceChange, "ended faces");
+        faces->gone = ALLOCATE(ARENA_TOPOLOGY, GONE, int, "gone nodes");
+        faces->none = arena_allocate(arena, ARENA_TOPOLOGY, GONE, sizeof *faces->none, "%s/%s",
+                                     name, "parents of gone nodes");
+        memset(faces->none, -1, GONE * sizeof *faces->none);
+    }
     faces->is_touched = ALLOCATE(ARENA_TOPOLOGY, vertices, unsigned char, "touched");
     if (without_contacts)
         return;

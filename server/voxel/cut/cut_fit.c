@@ -38,6 +38,16 @@ static void add_crossing(Wall *wall, const CutCrossing *kept, const int cell[3],
     wall->count++;
 }
 
+// Returns the cell in a slot around a point, also if it is gone; -1: void, or one of a larger leaf.
+static int cell_around(const CutFit *fit, const CutMoved *at, int slot)
+{
+    const int leaf = at->leaf[slot], *p = at->point;
+    if (leaf < 0 && fit->lattice->removable)
+        return cut_lattice_cell_at_load(fit->lattice, p[0] - 1 + (slot & 1),
+                                        p[1] - 1 + (slot >> 1 & 1), p[2] - 1 + (slot >> 2));
+    return leaf < fit->faces->cell_count ? leaf : -1;
+}
+
 // Faces open between the cells around the point.
 static Wall find_wall(const CutFit *fit, const CutMoved *at)
 {
@@ -45,11 +55,11 @@ static Wall find_wall(const CutFit *fit, const CutMoved *at)
     Wall wall = {0};
     for (int s = 0; s < 8; s++)
         for (int axis = 0; axis < 3; axis++) {
-            if (s >> axis & 1)
+            const int t = s | 1 << axis;
+            if (s >> axis & 1 || (at->leaf[s] < 0 && at->leaf[t] < 0))
                 continue;
-            const int low = at->leaf[s], high = at->leaf[s | 1 << axis];
-            if (low >= 0 && low < fit->faces->cell_count && high >= 0 &&
-                high < fit->faces->cell_count && (lattice->broken[low] >> axis & 1))
+            const int low = cell_around(fit, at, s), high = cell_around(fit, at, t);
+            if (low >= 0 && high >= 0 && (lattice->broken[low] >> axis & 1))
                 add_crossing(&wall, &fit->crossing[low][axis], lattice->element[low].cell, axis);
         }
     double length = 1e-12;
@@ -123,10 +133,23 @@ static void enter_cell(CutFit *fit, int cell)
         return;
     fit->entered[cell] = fit->stamp;
     int *at = &fit->cell_at[cell];
-    if (*at < 0)
+    if (*at < 0) {
         *at = fit->fitted.fit.cell_count++;
+        if (fit->of_cell != NULL)
+            fit->of_cell[*at] = cell;
+    }
     for (int k = 0; k < FIT_CORNERS; k++)
         fit->cell[*at][k] = row_for(fit, fit->lattice->corner[cell][k]);
+}
+
+// Takes out a cell that went: the last takes its place.
+static void leave_cell(CutFit *fit, int cell)
+{
+    const int at = fit->cell_at[cell], last = --fit->fitted.fit.cell_count;
+    fit->cell_at[fit->of_cell[last]] = at;
+    fit->of_cell[at] = fit->of_cell[last];
+    memcpy(fit->cell[at], fit->cell[last], sizeof *fit->cell);
+    fit->cell_at[cell] = -1;
 }
 
 // Enters the cells around a point that have a node there.
@@ -217,7 +240,8 @@ static void list_point(CutFit *fit, const int point[3])
     cut_lattice_around(fit->lattice, point, at->leaf);
 }
 
-// Lists the corners of broken faces; after divisions also those of changed cells.
+// Lists the corners of cells that went, and those of broken faces; after divisions also those of
+// changed cells.
 static void list_points(CutFit *fit, bool divided)
 {
     const CutLattice *lattice = fit->lattice;
@@ -226,7 +250,7 @@ static void list_points(CutFit *fit, bool divided)
     for (int f = 0; f < changes->face_count; f++) {
         const int axis = changes->face[f][1], *cell = lattice->element[changes->face[f][0]].cell;
         if (!cut_lattice_is_open(lattice, changes->face[f][0], axis))
-            continue; // it is listed again when it opens
+            continue; // it is listed again when it opens, or its cell has gone
         for (int k = 0; k < 4; k++) {
             int point[3] = {cell[0], cell[1], cell[2]};
             point[axis]++;
@@ -235,9 +259,11 @@ static void list_points(CutFit *fit, bool divided)
             list_point(fit, point);
         }
     }
-    for (int i = 0; i < changes->element_count && divided; i++) {
+    for (int i = 0; i < changes->element_count; i++) {
         const int element = changes->element[i], *cell = lattice->element[element].cell;
-        if (element >= fit->faces->cell_count || !cut_lattice_is_leaf(lattice, element))
+        if (element >= fit->faces->cell_count ||
+            !(cut_lattice_is_leaf(lattice, element) ? divided
+                                                    : cut_lattice_is_gone(lattice, element)))
             continue;
         for (int k = 0; k < 8; k++)
             list_point(fit,
@@ -257,7 +283,11 @@ static void enter(CutFit *fit)
     }
     for (int i = 0; i < changes->element_count; i++) {
         const int element = changes->element[i];
-        if (element < fit->faces->cell_count && fit->cell_at[element] >= 0)
+        if (element >= fit->faces->cell_count || fit->cell_at[element] < 0)
+            continue;
+        if (cut_lattice_is_gone(fit->lattice, element))
+            leave_cell(fit, element);
+        else
             enter_cell(fit, element);
     }
     const int slots = (int)*fit->faces->slot_count;
@@ -340,6 +370,8 @@ void cut_fit_derive(CutFit *fit, Body *body)
     fit->moved_count = 0;
     for (int s = 0; s < *fit->faces->slot_count; s++) {
         int point[3];
+        if (!cut_fit_is_node(fit, fit->faces->slot_vertex[s]))
+            continue;
         cut_lattice_point(fit->lattice, fit->faces->slot_vertex[s], point);
         list_point(fit, point);
     }
@@ -351,7 +383,8 @@ void cut_fit_derive(CutFit *fit, Body *body)
         set_offsets(fit, at->index);
     }
     for (int s = 0; s < *fit->faces->shown; s++)
-        choose_diagonal(fit, s);
+        if (fit->faces->square[s] >= 0)
+            choose_diagonal(fit, s);
     derive_fades(fit);
     body->mesh.fit = *out;
 }
@@ -400,6 +433,8 @@ static void create_rows(CutFit *fit, const char *name, Arena *arena)
     fit->fading = ALLOCATE(ARENA_OUTPUT, fades, FitFade, "fades");
     fit->fading_vertex = ALLOCATE(ARENA_OUTPUT, fades, int, "fading vertices");
     fit->is_fading = ALLOCATE(ARENA_OUTPUT, vertices, unsigned char, "fading");
+    if (fit->lattice->removable)
+        fit->of_cell = ALLOCATE(ARENA_OUTPUT, cells, int, "cells of fitted cells");
     fit->fitted.vertex = fit->vertex;
     fit->fitted.fit = (BodyFit){.row_capacity = (int)vertices,
                                 .cell_capacity = (int)cells,

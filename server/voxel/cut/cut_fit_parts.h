@@ -7,7 +7,7 @@
 
 static inline bool cut_fit_is_node(const CutFit *fit, int vertex)
 {
-    return fit->faces->slot_of[vertex] >= 0;
+    return fit->faces->slot_of[vertex] >= 0 && fit->lattice->anchor[vertex] >= 0;
 }
 
 // Returns the vertex at a point of a leaf around it; -1: no leaf, or one of several cells.

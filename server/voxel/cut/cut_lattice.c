@@ -155,6 +155,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
     scratch->next = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "next vertices");
     scratch->visited = ALLOCATE(ARENA_TOPOLOGY, points, unsigned char, "visited points");
+    if (lattice->removable)
+        scratch->is_lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "lost");
     // What a change marks.
     scratch->bitten = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "bitten elements");
     scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
@@ -168,6 +170,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     CutChanges *changes = &lattice->changes;
     changes->element = ALLOCATE(ARENA_TOPOLOGY, elements, int, "changed elements");
     changes->birth = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutBirth, "born vertices");
+    if (lattice->removable)
+        changes->lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "lost vertices");
     changes->face = arena_allocate(arena, ARENA_TOPOLOGY, 3 * (size_t)cells, sizeof *changes->face,
                                    "%s/%s", name, "changed faces");
 }
@@ -180,12 +184,15 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     lattice->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken");
     lattice->vertex_id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cut vertex ids");
     lattice->vertex_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "vertex count");
-    // The two sets of bits, and the order in which vertices came.
+    lattice->anchor = ALLOCATE(ARENA_TOPOLOGY, vertices, signed char, "anchors");
+    // The sets of bits, and the order in which vertices came.
     state_add(state, lattice->divided, elements, "%s/divided", name);
     state_add(state, lattice->broken, cells, "%s/broken", name);
     state_add(state, lattice->vertex_id, vertices * sizeof *lattice->vertex_id, "%s/vertex_ids",
               name);
     state_add(state, lattice->vertex_count, sizeof *lattice->vertex_count, "%s/vertex_count", name);
+    if (lattice->removable)
+        state_add(state, lattice->anchor, vertices, "%s/anchors", name);
     // Derived from these.
     lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *lattice->corner, "%s/%s",
                                      name, "corners");
@@ -200,8 +207,9 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     const char *name = making->options->body.name;
     const LatticeMesh *mesh = &making->mesh;
     const int capacity = making->capacity;
-    *lattice =
-        (CutLattice){.vertex_capacity = capacity, .split_budget = making->options->split_budget};
+    *lattice = (CutLattice){.vertex_capacity = capacity,
+                            .split_budget = making->options->split_budget,
+                            .removable = making->options->body.removable};
     if (mesh->vertex_count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
                            name, mesh->vertex_count, capacity);
@@ -212,6 +220,8 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
     memcpy(lattice->vertex_id, mesh->id, (size_t)mesh->vertex_count * sizeof *mesh->id);
     *lattice->vertex_count = mesh->vertex_count;
+    if (lattice->removable) // nothing is gone: as the ids say
+        cut_points_find_anchors(lattice);
     const bool sound = cut_lattice_derive(lattice);
     ASSERT(sound);
     return true;
@@ -220,9 +230,19 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
 // ---------------------------------------------------------------------------------------------
 // Looking up
 
-int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k)
+int cut_lattice_cell_at_load(const CutLattice *lattice, int i, int j, int k)
 {
     return cut_parts_block(lattice, 0, i, j, k);
+}
+
+static int unless_gone(const CutLattice *lattice, int cell)
+{
+    return cell >= 0 && cut_lattice_is_gone(lattice, cell) ? -1 : cell;
+}
+
+int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k)
+{
+    return unless_gone(lattice, cut_parts_block(lattice, 0, i, j, k));
 }
 
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
@@ -243,11 +263,17 @@ void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
         }
 }
 
-int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
+int cut_lattice_across(const CutLattice *lattice, int cell, int direction)
 {
     const int *at = lattice->element[cell].cell;
-    return cut_parts_block(lattice, 0, at[0] + (axis == 0), at[1] + (axis == 1),
-                           at[2] + (axis == 2));
+    const int axis = direction / 2, step = direction & 1 ? 1 : -1;
+    return cut_parts_block(lattice, 0, at[0] + step * (axis == 0), at[1] + step * (axis == 1),
+                           at[2] + step * (axis == 2));
+}
+
+int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
+{
+    return unless_gone(lattice, cut_lattice_across(lattice, cell, 2 * axis + 1));
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -259,6 +285,14 @@ void cut_parts_list_element(CutLattice *lattice, int element)
         return;
     lattice->scratch->listed_element[element] = true;
     lattice->changes.element[lattice->changes.element_count++] = element;
+}
+
+void cut_parts_list_lost(CutLattice *lattice, int vertex)
+{
+    if (lattice->scratch->is_lost[vertex])
+        return;
+    lattice->scratch->is_lost[vertex] = true;
+    lattice->changes.lost[lattice->changes.lost_count++] = vertex;
 }
 
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis)
@@ -279,7 +313,9 @@ void cut_lattice_forget_changes(CutLattice *lattice)
         lattice->scratch->listed_element[changes->element[i]] = false;
     for (int i = 0; i < changes->face_count; i++)
         lattice->scratch->listed_face[changes->face[i][0]] = 0;
-    changes->element_count = changes->birth_count = changes->face_count = 0;
+    for (int i = 0; i < changes->lost_count; i++)
+        lattice->scratch->is_lost[changes->lost[i]] = false;
+    changes->element_count = changes->birth_count = changes->face_count = changes->lost_count = 0;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -297,14 +333,16 @@ static bool divisions_are_valid(const CutLattice *lattice)
     // Only what has children is divided, and only inside of what is divided.
     for (int e = 0; e < lattice->element_count; e++) {
         const CutElement *element = &lattice->element[e];
-        if (lattice->divided[e] > 1 || (lattice->divided[e] && element->child < 0))
+        const bool may = cut_parts_is_cell(lattice, e) ? lattice->removable : element->child >= 0;
+        if (lattice->divided[e] > 1 || (lattice->divided[e] && !may))
             return false;
         if (lattice->divided[e] && element->parent >= 0 && !lattice->divided[element->parent])
             return false;
     }
     // Whatever touches a leaf is at most one level larger.
     for (int e = 0; e < lattice->element_count; e++) {
-        if (!cut_lattice_is_leaf(lattice, e))
+        const bool gone = cut_parts_is_cell(lattice, e) && cut_lattice_is_gone(lattice, e);
+        if (!cut_lattice_is_leaf(lattice, e) && !gone)
             continue;
         const CutElement *element = &lattice->element[e];
         const int level = element->level;
@@ -315,6 +353,9 @@ static bool divisions_are_valid(const CutLattice *lattice)
                                 (element->cell[2] >> level) - 1 + n / 9);
             if (around < 0 || lattice->divided[around])
                 continue;
+            if (gone && (n == 4 || n == 10 || n == 12 || n == 14 || n == 16 || n == 22) &&
+                cut_parts_leaf(lattice, around) != around) // a neighbour across a face
+                return false;
             if (lattice->element[cut_parts_leaf(lattice, around)].level > level + 1)
                 return false;
         }
@@ -327,9 +368,15 @@ static bool bits_are_valid(const CutLattice *lattice)
     for (int cell = 0; cell < lattice->level_first[1]; cell++) {
         if (lattice->broken[cell] > 7)
             return false;
-        for (int axis = 0; axis < 3; axis++)
-            if ((lattice->broken[cell] >> axis & 1) && cut_lattice_beyond(lattice, cell, axis) < 0)
+        for (int axis = 0; axis < 3; axis++) {
+            const int beyond = cut_lattice_across(lattice, cell, 2 * axis + 1);
+            const bool broken = lattice->broken[cell] >> axis & 1;
+            // Broken where there is something to break, and around what is gone.
+            if (broken ? beyond < 0
+                       : beyond >= 0 && (cut_lattice_is_gone(lattice, cell) ||
+                                         cut_lattice_is_gone(lattice, beyond)))
                 return false;
+        }
     }
     return true;
 }
@@ -342,6 +389,8 @@ static bool ids_are_valid(const CutLattice *lattice)
     for (int v = 0; v < lattice->vertex_capacity; v++) {
         const int id = lattice->vertex_id[v];
         if (v < *lattice->vertex_count ? id < 0 || id >= most : id != -1)
+            return false;
+        if (lattice->removable && (lattice->anchor[v] < -1 || lattice->anchor[v] > 7))
             return false;
     }
     return true;
@@ -372,7 +421,7 @@ static void find_wanted(CutLattice *lattice)
         for (int axis = 0; axis < 3; axis++)
             if (lattice->broken[cell] >> axis & 1) {
                 cut_split_bite(lattice, cell);
-                cut_split_bite(lattice, cut_lattice_beyond(lattice, cell, axis));
+                cut_split_bite(lattice, cut_lattice_across(lattice, cell, 2 * axis + 1));
             }
     cut_split_sort(lattice, 0);
 }
@@ -382,8 +431,13 @@ static bool find_vertices(CutLattice *lattice)
     CutScratch *scratch = lattice->scratch;
     // List the vertices by their points.
     memset(scratch->head, -1, (size_t)point_count(scratch) * sizeof *scratch->head);
-    for (int v = 0; v < cut_lattice_used(lattice); v++)
+    if (!lattice->removable)
+        cut_points_find_anchors(lattice);
+    int present = 0;
+    for (int v = 0; v < cut_lattice_used(lattice); v++) {
         cut_points_add(lattice, v);
+        present += lattice->anchor[v] >= 0;
+    }
     // Visit all points at which leaves meet; no vertex may be missing.
     int expected = 0, leaf[8];
     for (int z = 0; z < scratch->points[2]; z++)
@@ -400,8 +454,8 @@ static bool find_vertices(CutLattice *lattice)
                 if (!cut_points_visit(lattice, point, leaf, CUT_NO_BIRTHS))
                     return false;
             }
-    // Each expected vertex was found by its id: equal counts mean all of them, and none twice.
-    return expected == cut_lattice_used(lattice);
+    // Each expected vertex was found: equal counts mean all of them, and none twice.
+    return expected == present;
 }
 
 bool cut_lattice_derive(CutLattice *lattice)

@@ -2,8 +2,9 @@
 // The elements and vertices of a voxel body while it is cut: private to the voxel module, for
 // bodies with `cuttable = true`.
 //
-// Two sets of bits define everything (README.md, "Two sets of bits"): which elements are divided,
-// and which faces of the finest cells are broken. Bits are only ever set. The elements follow from
+// Three sets of bits define everything (README.md, "Three sets of bits"): which elements are
+// divided, which faces of the finest cells are broken, and which finest cells are gone. Bits are
+// only ever set. The elements follow from
 // the first, the sharing of vertices from both (lattice_mesh.h: the parts of a lattice point), and
 // every local change gives the same result as deriving everything again (cut_lattice_derive; tests
 // compare). Elements keep their numbers: all that can ever exist are numbered at load, the initial
@@ -13,13 +14,16 @@
 //
 // A broken face takes effect, and is open, once the cells on both sides are leaves: around a face
 // that still borders on a larger leaf everything stays connected. So no large leaf ever has an open
-// face, outer and cut faces are squares of one size on both sides, and a vertex never loses its
-// last element.
+// face, and outer and cut faces are squares of one size on both sides.
 //
-// Vertices are never removed: they keep their rows, and new ones take the next. A vertex's id is a
-// function of the bits: the index of its lattice point, x fastest, for the part with the lowest
-// solid slot there; + points * (lowest slot of its part) for others. Parts only ever become
-// smaller, so that the id stays with the smaller part that holds the lowest slot.
+// A cell that is gone is void: all its faces are broken, and the cells across them are leaves.
+//
+// Vertices are never removed: they keep their rows, and new ones take the next. A vertex's id is
+// that of its part when it appeared: the index of its lattice point, x fastest, for the part with
+// the lowest slot that was solid at load; + points * (lowest slot of its part) for others. Parts
+// only ever become smaller, and the vertex stays with the smaller part that holds the lowest slot.
+// When the cell in that slot goes, it stays with the lowest of what that leaves: `anchor` says
+// which. Without it, the id does. A vertex whose last element goes has none from then on.
 #ifndef PLIANT_VOXEL_CUT_CUT_LATTICE_H
 #define PLIANT_VOXEL_CUT_CUT_LATTICE_H
 
@@ -28,6 +32,7 @@
 #include "voxel/template.h"
 
 enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };
+enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 
 // Constant.
 typedef struct CutElement {
@@ -54,8 +59,9 @@ typedef struct CutBirth {
 // All changes since cut_lattice_forget_changes, for data derived from the lattice. Each list holds
 // an entry once, in the order of its first occurrence.
 typedef struct CutChanges {
-    int element_count, birth_count, face_count;
+    int element_count, birth_count, face_count, lost_count;
     int *element;    // created, removed, or with other vertices
+    int *lost;       // vertices of cells that went
     CutBirth *birth; // parents before children
     int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or broken and with a
                      // side that has newly become a leaf of level 0
@@ -75,12 +81,15 @@ typedef struct CutLattice {
     int *window_of;    // [element_count]
     int vertex_capacity;
     int split_budget; // divisions per tick
+    bool removable;   // cells can go
 
     // --- part of the state ---
-    unsigned char *divided; // [element_count]
+    unsigned char *divided; // [element_count] of a finest cell: it is gone
     unsigned char *broken;  // [elements of level 0] bit d: its face towards +d
     int *vertex_id;         // [vertex_capacity] -1: does not exist yet
     int64_t *vertex_count;  // see cut_lattice_used
+    signed char *anchor;    // [vertex_capacity] lowest slot of its part; -1: it has no element.
+                            // State where cells can go, else it follows from the id
 
     // --- follows from it ---
     int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
@@ -101,6 +110,12 @@ typedef struct CutLattice {
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status);
 
+// True if a finest cell was taken away.
+static inline bool cut_lattice_is_gone(const CutLattice *lattice, int cell)
+{
+    return lattice->divided[cell];
+}
+
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {
     int parent = lattice->element[element].parent;
@@ -114,20 +129,25 @@ static inline const int *cut_lattice_nodes(const CutLattice *lattice, int elemen
                                              : lattice->node[element - lattice->level_first[1]];
 }
 
-// Returns the finest cell at a position, as an element of level 0 (leaf or not); -1: void or
+// Returns the finest cell at a position, as an element of level 0 (leaf or not); -1: void, gone or
 // outside.
 int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k);
+// Returns the same, also if it is gone.
+int cut_lattice_cell_at_load(const CutLattice *lattice, int i, int j, int k);
 // Returns the leaf that covers a finest cell.
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell);
-// Returns the cell beyond a cell's face towards +axis; -1: void.
+// Returns the cell beyond a cell's face towards +axis; -1: void or gone.
 int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis);
+// Returns the cell across a face (-x, +x, -y, +y, -z, +z) at load, also if it is gone; -1: void.
+int cut_lattice_across(const CutLattice *lattice, int cell, int direction);
 
 // True if the face of a cell towards +axis is open: broken, and both cells are leaves.
 static inline bool cut_lattice_is_open(const CutLattice *lattice, int cell, int axis)
 {
     if (!(lattice->broken[cell] >> axis & 1) || !cut_lattice_is_leaf(lattice, cell))
         return false;
-    return cut_lattice_is_leaf(lattice, cut_lattice_beyond(lattice, cell, axis));
+    const int beyond = cut_lattice_beyond(lattice, cell, axis);
+    return beyond >= 0 && cut_lattice_is_leaf(lattice, beyond);
 }
 
 static inline int cut_lattice_used(const CutLattice *lattice) // vertices
@@ -146,6 +166,14 @@ bool cut_lattice_has_room(const CutLattice *lattice, int faces);
 // Breaks faces {cell, axis} that are not broken yet, first all bits, then the vertices. Those
 // inside coarse leaves are dormant until these leaves, which now must be divided, are.
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
+// True if the vertices of this many cells that go are certain to fit.
+bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells);
+// Divides the leaves in the way of a cell that is to go: that which covers it, and those across its
+// faces. Takes the divisions from the budget. True if none is left.
+bool cut_lattice_expose(CutLattice *lattice, int cell, int *budget);
+// Takes away exposed cells, at most CUT_REMOVE_MOST: breaks all their faces, first all bits, then
+// the vertices.
+void cut_lattice_remove(CutLattice *lattice, const int *cell, int count);
 // Divides elements that must be, each at most once per call and at most split_budget (a division
 // may first have to divide coarser neighbours, and so exceed it by a few); elements that share a
 // corner never differ by more than one level. Returns how many were divided. What exceeds the

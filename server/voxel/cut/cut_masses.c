@@ -23,6 +23,8 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
     masses->last = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "last in group");
     masses->mass_before = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "masses before");
     memset(masses->group, -1, (size_t)vertices * sizeof *masses->group);
+    if (lattice->removable)
+        masses->retired = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "vertices without elements");
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -63,6 +65,11 @@ static void set_mass(CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
     const int cells = lattice->level_first[1];
+    if (lattice->anchor[vertex] < 0) { // all its elements are gone: it stays at its place
+        vertices_retire(masses->vertices, vertex);
+        masses->retired[masses->retired_count++] = vertex;
+        return;
+    }
     // The eight slots around its point, some of the same leaf.
     int point[3], leaf[8];
     cut_lattice_point(lattice, vertex, point);
@@ -302,6 +309,8 @@ void cut_masses_follow(CutMasses *masses, bool divided)
             touch(masses, changes->birth[b].origin);
             union_find_join(masses->group, changes->birth[b].vertex, changes->birth[b].origin);
         }
+    for (int i = 0; i < changes->lost_count; i++)
+        touch(masses, changes->lost[i]);
     // All shares are known now.
     for (int t = 0; t < masses->touched_count; t++)
         set_mass(masses, masses->touched[t]);
@@ -319,6 +328,7 @@ void cut_masses_derive(CutMasses *masses)
     vertices_set_count(masses->vertices, cut_lattice_used(lattice));
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
         set_shares(masses, e);
+    masses->retired_count = 0;
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
         int point[3];
         cut_lattice_point(lattice, v, point);

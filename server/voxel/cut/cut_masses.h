@@ -26,6 +26,8 @@ typedef struct CutMasses {
     double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: the part of its mass at
                                  // each node's vertex [kg]
 
+    int *retired, retired_count; // vertices without elements; NULL: cells cannot go
+
     // --- within a change ---
     int *touched; // vertices
     int *group;   // [vertex] link towards the lowest vertex that shares a changed element with it;

@@ -208,12 +208,14 @@ void cut_near_look_at_brick(BladeSearch *search, int brick)
     const CutLattice *lattice = search->blades->lattice;
     const CutWindow *window = &lattice->window[brick];
     for (int cell = window->first; cell < window->end; cell++) {
+        if (cut_lattice_is_gone(lattice, cell))
+            continue;
         look_at(search, cell);
         for (int axis = 0; axis < 3; axis++) {
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                 continue;
             const int beyond = search->blades->beyond[cell][axis];
-            if (beyond >= 0)
+            if (beyond >= 0 && !cut_lattice_is_gone(lattice, beyond))
                 look_at(search, beyond);
         }
     }
@@ -353,7 +355,9 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
         const int beyond = blades->beyond[cell][axis];
         const bool broken = blades->lattice->broken[cell] >> axis & 1;
         // Skip links to void, and broken ones unless their meeting must be reported.
-        if (beyond < 0 || (broken && !search->whole))
+        if (beyond < 0 || (broken && !search->whole) ||
+            (broken && (cut_lattice_is_gone(blades->lattice, cell) ||
+                        cut_lattice_is_gone(blades->lattice, beyond))))
             continue;
         if (search->whole) {
             const unsigned both = blades->near_code[cell] & blades->near_code[beyond];

@@ -25,6 +25,7 @@ typedef struct CutScratch {
     bool *listed_element;       // [element] in changes.element
     unsigned char *listed_face; // [cell] axes in changes.face
     unsigned char *visited;     // [point] within a call
+    bool *is_lost;              // [vertex] in changes.lost
     signed char node_at[27];    // node by offset x + 3 y + 9 z; -1: the centre
     CutParents parents[27];     // by offset, likewise
 } CutScratch;
@@ -83,11 +84,16 @@ enum { CUT_NO_BIRTHS = -2 };
 bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of);
 // Load time.
 void cut_points_list_parents(CutScratch *scratch);
-// Return how many vertices the point should have, and how many it has.
+// Finds the anchors of all vertices from their ids, as they were before any cell went.
+void cut_points_find_anchors(CutLattice *lattice);
+// Return how many vertices the point should have, and how many with elements it has.
 int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8]);
 int cut_points_present(const CutLattice *lattice, const int point[3]);
 // Lists a vertex at the point of its id.
 void cut_points_add(CutLattice *lattice, int vertex);
+
+// Lists a vertex of a cell that goes.
+void cut_parts_list_lost(CutLattice *lattice, int vertex);
 
 // cut_split.c. Call it when the element's bits have changed: it may have to be divided.
 void cut_split_bite(CutLattice *lattice, int cell);

@@ -30,6 +30,11 @@ static int joined_to(const CutLattice *lattice, int cell, int direction)
 // ---------------------------------------------------------------------------------------------
 // From scratch
 
+static int is_small(int size)
+{
+    return size > 0 && size < PIECE_SMALL;
+}
+
 // Joins cells along the rows of the lattice; counts small pieces.
 static void find_pieces(CutPieces *pieces)
 {
@@ -57,10 +62,10 @@ static void find_pieces(CutPieces *pieces)
     pieces->small_count = 0;
     for (int c = 0; c < pieces->cell_count; c++) { // a root comes before its cells
         root[c] = root[root[c]];
-        size[root[c]]++;
+        size[root[c]] += !cut_lattice_is_gone(lattice, c);
     }
     for (int c = 0; c < pieces->cell_count; c++)
-        pieces->small_count += root[c] == c && size[c] < PIECE_SMALL;
+        pieces->small_count += root[c] == c && is_small(size[c]);
 }
 
 // Numbers the pieces from `first`; false: it has a cell that is not the smallest of its piece, or
@@ -68,13 +73,18 @@ static void find_pieces(CutPieces *pieces)
 static bool take_numbers(CutPieces *pieces)
 {
     memset(pieces->number, -1, (size_t)pieces->cell_count * sizeof *pieces->number);
+    pieces->gone_count = 0;
     if (*pieces->count < 0 || *pieces->count > pieces->cell_count)
         return false;
     for (int n = 0; n < (int)*pieces->count; n++) {
         const int cell = pieces->first[n];
+        if (cell == -1 && pieces->lattice->removable) {
+            pieces->gone_count++;
+            continue;
+        }
         // Each number names the first cell of a piece, and no piece twice.
         if (cell < 0 || cell >= pieces->cell_count || pieces->root[cell] != cell ||
-            pieces->number[cell] >= 0)
+            pieces->number[cell] >= 0 || cut_lattice_is_gone(pieces->lattice, cell))
             return false;
         pieces->number[cell] = n;
     }
@@ -86,7 +96,8 @@ static int number_new(CutPieces *pieces)
 {
     int came = 0;
     for (int c = 0; c < pieces->cell_count; c++)
-        if (pieces->root[c] == c && pieces->number[c] < 0) {
+        if (pieces->root[c] == c && pieces->number[c] < 0 &&
+            !cut_lattice_is_gone(pieces->lattice, c)) {
             const int n = (int)(*pieces->count)++;
             pieces->first[n] = c;
             pieces->number[c] = n;
@@ -100,7 +111,7 @@ bool cut_pieces_derive(CutPieces *pieces)
     find_pieces(pieces);
     bool good = take_numbers(pieces);
     if (!good) {
-        *pieces->count = 0;
+        *pieces->count = pieces->gone_count = 0;
         memset(pieces->number, -1, (size_t)pieces->cell_count * sizeof *pieces->number);
     }
     return number_new(pieces) == 0 && good;
@@ -185,11 +196,6 @@ static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], 
     return TOO_LONG;
 }
 
-static int is_small(int size)
-{
-    return size > 0 && size < PIECE_SMALL;
-}
-
 // Separates a piece that was found completely from the one that it was part of, which `rest` on the
 // other side of a link belongs to.
 static void separate(CutPieces *pieces, const Search *piece, int rest)
@@ -240,15 +246,17 @@ static void begin_call(CutPieces *pieces)
     pieces->labels = 0;
 }
 
-bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
+// Follows links that no longer connect: faces {cell, axis}, or pairs of cells.
+static bool follow_links(CutPieces *pieces, const int (*link)[2], int count, bool faces)
 {
     int effort = EFFORT, side = 0;
     bool told = count <= LINKS;
     begin_call(pieces);
     for (int f = 0; f < count && told; f++) {
         // Both sides of the face, if an earlier one has not told already.
-        const int beyond = cut_lattice_beyond(pieces->lattice, face[f][0], face[f][1]);
-        const int end[2] = {what_is_left(pieces, face[f][0]), what_is_left(pieces, beyond)};
+        const int beyond =
+            faces ? cut_lattice_beyond(pieces->lattice, link[f][0], link[f][1]) : link[f][1];
+        const int end[2] = {what_is_left(pieces, link[f][0]), what_is_left(pieces, beyond)};
         if (end[0] == end[1])
             continue;
         // Search from both ends at once: the smaller piece ends the search.
@@ -267,6 +275,87 @@ bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
     if (!told)
         find_pieces(pieces);
     return came && number_new(pieces) > 0;
+}
+
+bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
+{
+    return follow_links(pieces, face, count, true);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Cells that go
+
+// Chains what connected cells that go have around them: it may not be connected without them.
+static void flood(CutPieces *pieces, int cell)
+{
+    enum { STAYS, GOES, SEEN };
+    int *queue = pieces->queue[0], end = 0, last = -1;
+    pieces->going[cell] = SEEN;
+    queue[end++] = cell;
+    for (int begin = 0; begin < end; begin++)
+        for (int d = 0; d < 6; d++) {
+            const int next = joined_to(pieces->lattice, queue[begin], d);
+            if (next < 0 || pieces->going[next] == SEEN)
+                continue;
+            if (pieces->going[next] == GOES) {
+                pieces->going[next] = SEEN;
+                queue[end++] = next;
+                continue;
+            }
+            if (last >= 0 && last != next) {
+                int *link = pieces->link[pieces->link_count++];
+                link[0] = last, link[1] = next;
+            }
+            last = next;
+        }
+}
+
+void cut_pieces_expect(CutPieces *pieces, const int *cell, int count)
+{
+    ASSERT(count <= CUT_REMOVE_MOST);
+    pieces->link_count = 0;
+    for (int k = 0; k < count; k++)
+        pieces->going[cell[k]] = 1;
+    for (int k = 0; k < count; k++)
+        if (pieces->going[cell[k]] == 1)
+            flood(pieces, cell[k]);
+    for (int k = 0; k < count; k++)
+        pieces->going[cell[k]] = 0;
+}
+
+// Names a piece whose smallest cell went by the smallest that is left.
+static void rename_piece(CutPieces *pieces, int old)
+{
+    int *root = pieces->root, *size = pieces->size, name = -1;
+    const int number = pieces->number[old];
+    for (int c = old + 1; c < pieces->cell_count && size[old] > 0; c++)
+        if (root[c] == old && !cut_lattice_is_gone(pieces->lattice, c)) {
+            name = name < 0 ? c : name;
+            root[c] = name;
+        }
+    pieces->first[number] = name;
+    pieces->gone_count += name < 0;
+    if (name >= 0) {
+        pieces->number[name] = number;
+        size[name] = size[old];
+    }
+    pieces->number[old] = -1;
+    size[old] = 0;
+}
+
+bool cut_pieces_remove(CutPieces *pieces, const int *cell, int count)
+{
+    int *root = pieces->root, *size = pieces->size;
+    for (int k = 0; k < count; k++) {
+        const int of = root[cell[k]], before = size[of]--;
+        pieces->small_count += is_small(size[of]) - is_small(before);
+    }
+    for (int k = 0; k < count; k++) {
+        if (root[cell[k]] == cell[k])
+            rename_piece(pieces, cell[k]);
+        root[cell[k]] = cell[k];
+    }
+    return follow_links(pieces, (const int(*)[2])pieces->link, pieces->link_count, false);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -303,6 +392,11 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     memset(pieces->rest, -1, (size_t)cells * sizeof *pieces->rest);
     pieces->left = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "pieces that left");
     pieces->labels = 1;
+    if (lattice->removable) {
+        pieces->going = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "cells that go");
+        pieces->link = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)6 * CUT_REMOVE_MOST,
+                                      sizeof *pieces->link, "%s/%s", name, "links that go");
+    }
     for (int side = 0; side < 2; side++)
         pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, cells, int, "search queue");
     // The uncut body has the numbers of its mesh.

@@ -15,7 +15,7 @@ typedef struct CutPieces {
     int cell_count; // elements of level 0
 
     // --- part of the state ---
-    int *first;     // [cell_count] smallest cell of a piece, by its number; only ever appended to
+    int *first;     // [cell_count] smallest cell of a piece, by its number; -1: all of it is gone
     int64_t *count; // number of pieces
 
     // --- derived from the state ---
@@ -23,6 +23,7 @@ typedef struct CutPieces {
     int *number;     // [cell] number of the piece of which it is the smallest, else -1
     int *size;       // [cell] number of cells of the piece of which it is the smallest
     int small_count; // pieces of fewer than PIECE_SMALL cells
+    int gone_count;  // numbers of pieces of which all cells are gone
 
     // --- scratch ---
     int *seen; // [cell] label of the search that found it; 0: none
@@ -31,7 +32,10 @@ typedef struct CutPieces {
                // the other piece; else -1
     int *left; // [left_count] pieces that split off
     int left_count;
-    int *queue[2];           // [cell_count]
+    int *queue[2];        // [cell_count]
+    unsigned char *going; // [cell] within a removal; NULL: cells cannot go
+    int (*link)[2];       // [link_count] what cells that go connect
+    int link_count;
     int first_label, labels; // of this call
     int64_t visited;         // number of cells visited by all searches
 } CutPieces;
@@ -45,6 +49,15 @@ bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count);
 static inline int cut_pieces_of(const CutPieces *pieces, int cell)
 {
     return pieces->number[pieces->root[cell]];
+}
+// Cells that go: notes what is connected through them, before cut_lattice_remove, and updates the
+// pieces after it. True if the number of any piece changed.
+void cut_pieces_expect(CutPieces *pieces, const int *cell, int count);
+bool cut_pieces_remove(CutPieces *pieces, const int *cell, int count);
+// Returns how many pieces there are: numbers of which something is left.
+static inline int cut_pieces_count(const CutPieces *pieces)
+{
+    return (int)*pieces->count - pieces->gone_count;
 }
 // Derives everything that follows from the state. False: impossible numbers (from a checkpoint);
 // pieces are then numbered again.

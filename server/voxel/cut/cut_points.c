@@ -69,12 +69,50 @@ static PointParts parts_at(const CutLattice *lattice, const int point[3], const 
     return point_parts(leaf, corners, broken);
 }
 
-static int find_vertex(const CutLattice *lattice, int index, int id)
+// Returns the vertex at a point whose part's lowest slot is `anchor`; -1: none.
+static int find_vertex(const CutLattice *lattice, int index, int anchor)
 {
     int v = lattice->scratch->head[index];
-    while (v >= 0 && lattice->vertex_id[v] != id)
+    while (v >= 0 && lattice->anchor[v] != anchor)
         v = lattice->scratch->next[v];
     return v;
+}
+
+// Returns the cell in a slot around a point at load; -1: void.
+static int cell_in(const CutLattice *lattice, const int point[3], int slot)
+{
+    return cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1),
+                                    point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
+}
+
+// Returns what the id of a new vertex adds to the index of its point (point_parts_rank): cells that
+// are gone count as solid.
+static int rank_of(const CutLattice *lattice, const PointParts *parts, int part, const int point[3])
+{
+    if (!lattice->removable)
+        return point_parts_rank(parts, part);
+    for (int s = 0; s < part; s++)
+        if (cell_in(lattice, point, s) >= 0)
+            return part;
+    return 0;
+}
+
+void cut_points_find_anchors(CutLattice *lattice)
+{
+    const int *n = lattice->scratch->points, points = n[0] * n[1] * n[2];
+    memset(lattice->anchor, -1, (size_t)lattice->vertex_capacity);
+    for (int v = 0; v < cut_lattice_used(lattice); v++) {
+        const int index = lattice->vertex_id[v] % points;
+        const int point[3] = {index % n[0], index / n[0] % n[1], index / (n[0] * n[1])};
+        const int rank = lattice->vertex_id[v] / points;
+        int lowest = 0;
+        while (lowest < 7 && cell_in(lattice, point, lowest) < 0)
+            lowest++;
+        // An id that no part can have has no anchor.
+        const int slot = rank == 0 ? lowest : rank;
+        const bool good = cell_in(lattice, point, slot) >= 0 && (rank == 0 || rank > lowest);
+        lattice->anchor[v] = (signed char)(good ? slot : -1);
+    }
 }
 
 void cut_points_add(CutLattice *lattice, int vertex)
@@ -129,11 +167,13 @@ static int find_parents(const CutLattice *lattice, int of, const int point[3], i
 }
 
 // Adds a copy of `origin`, or, if that is negative, a vertex in the middle of `of`.
-static int add_vertex(CutLattice *lattice, int id, const int point[3], int origin, int of)
+static int add_vertex(CutLattice *lattice, int id, int anchor, const int point[3], int origin,
+                      int of)
 {
     const int v = (int)(*lattice->vertex_count)++;
     ASSERT(v < lattice->vertex_capacity);
     lattice->vertex_id[v] = id;
+    lattice->anchor[v] = (signed char)anchor;
     CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
     *birth = (CutBirth){.vertex = v, .origin = origin, .parent_count = 1, .parent = {origin}};
     if (origin < 0)
@@ -167,18 +207,22 @@ bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8]
     int vertex[8] = {-1, -1, -1, -1, -1, -1, -1, -1}, first_new = -1;
     for (unsigned left = parts.owns; left != 0; left &= left - 1) {
         const int p = __builtin_ctz(left);
-        const int id = index + points * point_parts_rank(&parts, p);
         int origin = vertex_before(lattice, &parts, p, leaf, point);
-        vertex[p] = origin >= 0 && lattice->vertex_id[origin] == id
-                        ? origin
-                        : find_vertex(lattice, index, id);
+        const int anchor = origin < 0 ? -1 : lattice->anchor[origin];
+        vertex[p] = anchor == p ? origin : find_vertex(lattice, index, p);
+        // The cell in its lowest slot has gone.
+        if (vertex[p] < 0 && anchor >= 0 && leaf[anchor] < 0) {
+            vertex[p] = origin;
+            lattice->anchor[origin] = (signed char)p;
+        }
         if (vertex[p] >= 0)
             continue;
         if (of == CUT_NO_BIRTHS)
             return false;
         if (origin < 0)
             origin = first_new;
-        vertex[p] = add_vertex(lattice, id, point, origin, of);
+        const int id = index + points * rank_of(lattice, &parts, p, point);
+        vertex[p] = add_vertex(lattice, id, p, point, origin, of);
         if (first_new < 0)
             first_new = vertex[p];
     }
@@ -207,6 +251,6 @@ int cut_points_present(const CutLattice *lattice, const int point[3])
     const CutScratch *scratch = lattice->scratch;
     int count = 0;
     for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v])
-        count++;
+        count += lattice->anchor[v] >= 0;
     return count;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Broken faces, and the divisions of elements that they require. Step thread.
 #include "voxel/cut/cut_parts.h"
+#include "voxel/lattice_faces.h"
 
 #include "base/check.h"
 
@@ -84,19 +85,23 @@ static void corner_of_face(const CutLattice *lattice, int cell, int axis, int co
     point[b] += corner >> 1;
 }
 
+// Sets the bit alone.
+static void break_face(CutLattice *lattice, int cell, int axis)
+{
+    lattice->broken[cell] |= (unsigned char)(1 << axis);
+    cut_split_bite(lattice, cell);
+    cut_split_bite(lattice, cut_lattice_across(lattice, cell, 2 * axis + 1));
+    cut_parts_list_face(lattice, cell, axis);
+}
+
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
 {
     CutScratch *scratch = lattice->scratch;
     const int sorted = lattice->wanted_count;
     // All bits first: the vertices depend on all of them.
     for (int f = 0; f < count; f++) {
-        const int cell = face[f][0], axis = face[f][1];
-        const int beyond = cut_lattice_beyond(lattice, cell, axis);
-        ASSERT(beyond >= 0);
-        lattice->broken[cell] |= (unsigned char)(1 << axis);
-        cut_split_bite(lattice, cell);
-        cut_split_bite(lattice, beyond);
-        cut_parts_list_face(lattice, cell, axis);
+        ASSERT(cut_lattice_beyond(lattice, face[f][0], face[f][1]) >= 0);
+        break_face(lattice, face[f][0], face[f][1]);
     }
     cut_split_sort(lattice, sorted);
     // Update the vertices at the corners of open faces, each point once.
@@ -210,7 +215,7 @@ static void list_faces(CutLattice *lattice, int cell)
         int at[3];
         memcpy(at, lattice->element[cell].cell, sizeof at);
         at[axis]--;
-        const int below = cut_parts_block(lattice, 0, at[0], at[1], at[2]);
+        const int below = cut_lattice_cell_at_load(lattice, at[0], at[1], at[2]);
         if (below >= 0 && (lattice->broken[below] >> axis & 1))
             cut_parts_list_face(lattice, below, axis);
     }
@@ -271,6 +276,92 @@ static int divide_in_order(CutLattice *lattice, int element)
         return divided;
     divide(lattice, element);
     return divided + 1;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Cells that go
+
+bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells)
+{
+    // What a cell leaves of a part at each of its corners are three parts at most.
+    return (long)*lattice->vertex_count + 16L * cells <= lattice->vertex_capacity;
+}
+
+bool cut_lattice_expose(CutLattice *lattice, int cell, int *budget)
+{
+    for (int d = -1; d < SQUARE_DIRECTIONS; d++) {
+        const int at = d < 0 ? cell : cut_lattice_across(lattice, cell, d);
+        // From the largest to the finest.
+        while (at >= 0 && !cut_lattice_is_gone(lattice, at) && !cut_lattice_is_leaf(lattice, at)) {
+            const int divided =
+                *budget > 0 ? divide_in_order(lattice, cut_parts_leaf(lattice, at)) : 0;
+            if (divided == 0)
+                return false;
+            *budget -= divided;
+        }
+    }
+    return true;
+}
+
+static void corner_of_cell(const CutLattice *lattice, int cell, int corner, int point[3])
+{
+    for (int d = 0; d < 3; d++)
+        point[d] = lattice->element[cell].cell[d] + (corner >> d & 1);
+}
+
+// Updates the vertices around a point, of which those without an element are left alone.
+static void leave_point(CutLattice *lattice, const int point[3])
+{
+    CutScratch *scratch = lattice->scratch;
+    const int index = cut_parts_index(scratch, point);
+    if (scratch->visited[index])
+        return;
+    scratch->visited[index] = 1;
+    int leaf[8];
+    cut_lattice_around(lattice, point, leaf);
+    cut_points_visit(lattice, point, leaf, -1);
+    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+        if (lattice->anchor[v] >= 0 && leaf[lattice->anchor[v]] < 0)
+            lattice->anchor[v] = -1;
+}
+
+void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
+{
+    CutScratch *scratch = lattice->scratch;
+    int point[3];
+    // All bits first, and the cells out of the grid.
+    for (int k = 0; k < count; k++) {
+        ASSERT(cut_lattice_is_leaf(lattice, cell[k]));
+        for (int d = 0; d < SQUARE_DIRECTIONS; d++) {
+            const int across = cut_lattice_across(lattice, cell[k], d);
+            const int low = d & 1 ? cell[k] : across;
+            if (across >= 0 && !(lattice->broken[low] >> d / 2 & 1))
+                break_face(lattice, low, d / 2);
+        }
+    }
+    for (int k = 0; k < count; k++) {
+        const int *at = lattice->element[cell[k]].cell;
+        lattice->divided[cell[k]] = 1;
+        lattice->leaf_count--;
+        lattice->leaf_at_level[0]--;
+        scratch->grid[cut_parts_grid(lattice, at[0], at[1], at[2])] = -1;
+        cut_parts_list_element(lattice, cell[k]);
+        for (int c = 0; c < NODE_CORNERS; c++) {
+            cut_parts_list_lost(lattice, lattice->corner[cell[k]][c]);
+            lattice->corner[cell[k]][c] = -1;
+        }
+    }
+    // Then the vertices at their corners, each point once.
+    for (int k = 0; k < count; k++)
+        for (int c = 0; c < NODE_CORNERS; c++) {
+            corner_of_cell(lattice, cell[k], c, point);
+            leave_point(lattice, point);
+        }
+    for (int k = 0; k < count; k++)
+        for (int c = 0; c < NODE_CORNERS; c++) {
+            corner_of_cell(lattice, cell[k], c, point);
+            scratch->visited[cut_parts_index(scratch, point)] = 0;
+        }
 }
 
 int cut_lattice_reconstruct(CutLattice *lattice)

@@ -79,7 +79,7 @@ static void run(CutWorld *world, const Path *stroke, bool through)
 
 static int broken(const CutWorld *world)
 {
-    return (int)world->cuts->faces.broken_count;
+    return (int)world->cuts->faces.wall_count / 2;
 }
 
 // Everything that is kept is what follows from the bits.

@@ -144,12 +144,12 @@ static void expect_same_from_scratch(CutBench *bench)
 {
     Shown shown = keep_all(bench);
     const int small = bench->pieces.small_count;
-    const int64_t broken = bench->faces.broken_count;
+    const int64_t broken = bench->faces.wall_count;
     assert_true(cut_pieces_derive(&bench->pieces));
     assert_true(cut_faces_derive(&bench->faces, &bench->body));
     expect_same(&shown, bench);
     assert_int_equal(small, bench->pieces.small_count);
-    assert_int_equal(broken, bench->faces.broken_count);
+    assert_int_equal(broken, bench->faces.wall_count);
 }
 
 static void expect_sound(CutBench *bench)
@@ -216,7 +216,7 @@ TEST(random_cuts_leave_closed_surfaces)
         cut_bench_settle(&bench);
         expect_sound(&bench);
         assert_int_equal(bench.body.surface.face_used,
-                         bench.mesh.face_count + 4 * (int)bench.faces.broken_count);
+                         bench.mesh.face_count + 2 * (int)bench.faces.wall_count);
     }
 }
 
