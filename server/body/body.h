@@ -84,14 +84,17 @@ typedef struct NodeBirth {
     int node, parent[2];
 } NodeBirth;
 
+enum {
+    NODE_NONE = -1
+}; // in place of a parent: the node went with its tissue, to which no node is heir
+
 // Effect of one change of topology on BodySurface; owned by the model, valid until the next change.
 typedef struct TopologyChange {
     int face_count, born_count, gone_count;
     const FaceChange *face;      // `from` is a slot before the change
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
-    const int (*gone_parent)[2]; // [gone_count] nodes that they were between; -1: their matter was
-                                 // taken away
+    const int (*gone_parent)[2]; // [gone_count] nodes that they were between, or both NODE_NONE
     int pieces; // of reconstruct: how many there are, if it may have separated some; else 0
     bool again; // call once more in this tick: new faces may have to be divided in turn
 } TopologyChange;

@@ -15,11 +15,15 @@ typedef enum RemoverKind {
     REMOVER_DIATHERMY, // heats what is near its electrode, and takes what boils
 } RemoverKind;
 
+// Walls have no thickness: an amount of theirs is an area times this [m].
+#define REMOVED_THICKNESS 1e-3
+
 // What a tool takes from one body in one tick, in the world frame.
 typedef struct Removal {
     RemoverKind kind;
     Region mouth;  // a capsule: mouth, burr or electrode
-    double volume; // most that may go in this call, at rest [m3]; INFINITY: no limit
+    double volume; // most that may go in this call, at rest [m3]; INFINITY: no limit; of a wall
+                   // REMOVED_THICKNESS times its area
     double heat;   // that diathermy gives to the tissue in this tick [J]
     double tick;   // [s]
 } Removal;

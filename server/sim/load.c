@@ -158,7 +158,7 @@ static void change_nodes(LoadSet *set, const Load *load, int64_t inside,
         bits_remove(set->mark, node);
         for (int k = 0; k < 2 && inside == 0 && set->given[node].share > 0.0; k++) {
             int parent = change->gone_parent[i][k];
-            if (parent < 0) // taken away
+            if (parent == NODE_NONE)
                 break;
             LoadNode heir = {set->given[node].start, 1.0};
             if (bits_has(set->mark, parent))

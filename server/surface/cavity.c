@@ -587,7 +587,8 @@ void cavity_find_borders(SurfaceModel *model)
     Cavity *cavity = model->cavity;
     const DetailFaces *faces = &model->detail->faces;
     cavity->edge_count = 0;
-    if (cavity->edge == NULL || *model->detail->set.cut->copies == 0)
+    const DetailCut *cut = model->detail->set.cut;
+    if (cavity->edge == NULL || (*cut->copies == 0 && cut->gone_count == 0))
         return;
     union_find_reset(cavity->root, cavity->node_count);
     for (int i = 0; i < cavity->node_count; i++)

@@ -411,8 +411,10 @@ static const char *surface_isa(const void *self)
                 .kick_nodes = surface_kick_nodes
 #define IMPLICIT OPERATIONS, .drift = implicit_drift, .evaluate = implicit_evaluate
 #define ADAPTS   .adapt = detail_adapt, .look = detail_look
-#define CUTS     .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve
-#define TEARS    CUTS, .tear = detail_tear
+#define CUTS                                                                                       \
+    .cut = detail_blade_cut, .reserve_blades = detail_blade_reserve, .remove = detail_remove,      \
+    .account = detail_account
+#define TEARS CUTS, .tear = detail_tear
 #define OPERATIONS                                                                                 \
     .model = "surface", .commit = surface_commit, .abandon = surface_abandon,                      \
     .check = surface_check, .restore = surface_restore, .restored = surface_restored,              \

@@ -321,7 +321,7 @@ static void hand_over(Attachment *attachment, const void *went, const int parent
         HeldNode held;
         Tie tie;
     } row;
-    for (int k = 0; k < 2 && parent[k] >= 0; k++) {
+    for (int k = 0; k < 2; k++) {
         const bool known = bits_has(attachment->mark, parent[k]);
         if (attachment->row->inherit(attachment, parent[k], went,
                                      known ? given_at(attachment, parent[k]) : NULL, &row))
@@ -343,7 +343,8 @@ static void change_nodes(Attachment *attachment, int held, const TopologyChange 
         if (!bits_has(attachment->mark, node))
             continue;
         bits_remove(attachment->mark, node);
-        if (held == 0 && kind->carries(given_at(attachment, node)))
+        if (held == 0 && kind->carries(given_at(attachment, node)) &&
+            change->gone_parent[i][0] != NODE_NONE)
             hand_over(attachment, given_at(attachment, node), change->gone_parent[i]);
     }
     // A new node is held if both its parents are, and if it would have been within.

@@ -125,9 +125,8 @@ static void mark_near(const Detail *detail, int level, int face)
                (size_t)1 << (2 * (detail->set.levels.finest - level)));
 }
 
-// Finds the faces that the sweep may meet, and their neighbours: a link needs both its faces.
-static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, double margin,
-                        CutTissue *tissue)
+void detail_cut_look(SurfaceModel *model, const BladeEdge *edge, int edges, double margin,
+                     CutTissue *tissue)
 {
     Detail *detail = model->detail;
     const LeafSet *set = &detail->set;
@@ -153,7 +152,7 @@ static void look_around(SurfaceModel *model, const BladeEdge *edge, int edges, d
     // List them and compute the positions of their corners.
     int count = 0;
     for (int f = 0; f < finest->face_count; f++) {
-        if (cut->is_near[f] == 0)
+        if (cut->is_near[f] == 0 || detail_cut_is_gone(cut, f))
             continue;
         cut->near[count++] = f;
         for (int k = 0; k < 3; k++)
@@ -204,13 +203,7 @@ static void move_vertex(SurfaceModel *model, const CutSnap *snap)
 
 // --- cuts ---
 
-// A change begins with a fit of the body's frame. If the change comes to nothing, the next fit
-// starts from where this one did, so that the attempt has no effect on the state.
-typedef struct FrameStart {
-    double rotation[4], piece[PIECE_FRAMES][4];
-} FrameStart;
-
-static FrameStart begin(SurfaceModel *model)
+FrameStart detail_cut_begin(SurfaceModel *model)
 {
     FrameStart start = {{0.0}, {{0.0}}};
     if (model->detail->frames != NULL)
@@ -221,7 +214,7 @@ static FrameStart begin(SurfaceModel *model)
     return start;
 }
 
-static void take_back(SurfaceModel *model, const FrameStart *start)
+void detail_cut_take_back(SurfaceModel *model, const FrameStart *start)
 {
     if (model->detail->frames != NULL)
         memcpy(model->detail->frames->rotation, start->piece, sizeof start->piece);
@@ -281,10 +274,11 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
     CutTissue tissue;
     int snaps = 0;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
-    // Refinement must not be needed to see what the blade meets: positions come from look_around.
+    // Refinement must not be needed to see what the blade meets: positions come from
+    // detail_cut_look.
     describe(cut, outcome);
-    FrameStart start = begin(model);
-    look_around(model, edge, 2, CUT_FIND_MARGIN * finder->h, &tissue);
+    FrameStart start = detail_cut_begin(model);
+    detail_cut_look(model, edge, 2, CUT_FIND_MARGIN * finder->h, &tissue);
     if (whole) {
         outcome->verdict = cut_find_whole(finder, &tissue, edge, 2);
         if (outcome->verdict == CUT_DONE)
@@ -293,7 +287,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
         outcome->verdict = cut_find_tick(finder, &tissue, sweep);
     }
     if (outcome->verdict != CUT_DONE) {
-        take_back(model, &start);
+        detail_cut_take_back(model, &start);
         return false;
     }
     // Only whole commands move vertices: a stroke would move them while it is still cutting.
@@ -301,7 +295,7 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
         snaps = snap_found(detail, &tissue, edge);
     bool broken = break_found(body, cut->snap, snaps, outcome, change);
     if (!broken)
-        take_back(model, &start);
+        detail_cut_take_back(model, &start);
     return broken;
 }
 

@@ -253,12 +253,9 @@ static bool find_slots(const SlotTable *table, int *used)
 
 static bool is_on(const LeafSet *set, int node)
 {
-    if (set->cut != NULL && node >= set->cut->base_count)
-        return node - set->cut->base_count < *set->cut->copies;
-    int born = levels_of_node(&set->levels, node);
-    return born == 0 ||
-           detail_status_of_midpoint(set, born - 1,
-                                     node - set->levels.level[born - 1].node_count) != NODE_OFF;
+    if (set->cut != NULL && node - set->cut->base_count >= *set->cut->copies)
+        return false;
+    return detail_status(set, node) != NODE_OFF;
 }
 
 // True if exactly the nodes that are on have slots.

@@ -303,23 +303,17 @@ static void set_statuses(SurfaceModel *model)
     // Nodes of the uncut mesh, then the copies in use.
     const int originals = set->levels.level[set->levels.finest].node_count;
     for (int i = 0; i < originals; i++) { // parents have lower numbers
-        // A corner of level 0 is always on; a midpoint by the faces at its edge.
-        int born = levels_of_node(&set->levels, i);
-        set->status[i] =
-            (unsigned char)(born == 0
-                                ? NODE_FREE
-                                : detail_status_of_midpoint(
-                                      set, born - 1, i - set->levels.level[born - 1].node_count));
+        set->status[i] = (unsigned char)detail_status(set, i);
         if (set->status[i] == NODE_OFF)
             continue;
         model->node[model->slot[i]] = i;
         detail_set_rest(model, i);
     }
-    // Copies are on in the order in which they were made.
+    // Copies are made in their order.
     for (int i = originals; i < set->node_count; i++) {
-        bool is_on = i - originals < *set->cut->copies;
-        set->status[i] = is_on ? NODE_FREE : NODE_OFF;
-        if (!is_on)
+        const bool is_made = i - originals < *set->cut->copies;
+        set->status[i] = (unsigned char)(is_made ? detail_status(set, i) : NODE_OFF);
+        if (set->status[i] == NODE_OFF)
             continue;
         model->node[model->slot[i]] = i;
         detail_set_rest(model, i);

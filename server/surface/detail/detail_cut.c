@@ -188,7 +188,8 @@ static bool keeps_node(const DetailCut *cut, const Leaf *ring, int count, const 
     int node = cut->node[ring[i].face][ring[i].corner];
     for (int k = 0; k < count; k++)
         if (part[k] == k && ring[k].face < ring[i].face &&
-            cut->node[ring[k].face][ring[k].corner] == node)
+            cut->node[ring[k].face][ring[k].corner] == node &&
+            !detail_cut_is_gone(cut, ring[k].face))
             return false;
     return true;
 }
@@ -201,7 +202,8 @@ static int find_new_parts(const LeafSet *set, int vertex, int *ring_count)
     int count = *ring_count = detail_cut_ring(set, vertex, cut->ring), found = 0;
     find_parts(set, cut->ring, count, cut->part);
     for (int i = 0; i < count; i++) {
-        if (cut->part[i] != i || keeps_node(cut, cut->ring, count, cut->part, i))
+        if (cut->part[i] != i || detail_cut_is_gone(cut, cut->ring[i].face) ||
+            keeps_node(cut, cut->ring, count, cut->part, i))
             continue;
         int at = found++;
         for (; at > 0 && cut->ring[cut->fresh[at - 1]].face > cut->ring[i].face; at--)
@@ -216,16 +218,20 @@ bool detail_cut_parts_match(const LeafSet *set)
     const DetailCut *cut = set->cut;
     for (int node = 0; node < cut->base_count; node++) {
         int count = detail_cut_ring(set, node, cut->ring), lowest = 0;
+        bool whole = true;
         find_parts(set, cut->ring, count, cut->part);
         for (int i = 0; i < count; i++) {
             int here = cut->node[cut->ring[i].face][cut->ring[i].corner];
             lowest = cut->ring[i].face < cut->ring[lowest].face ? i : lowest;
-            for (int k = 0; k < i; k++)
-                if ((cut->part[i] == cut->part[k]) !=
-                    (here == cut->node[cut->ring[k].face][cut->ring[k].corner]))
+            whole &= !detail_cut_is_gone(cut, cut->ring[i].face);
+            for (int k = 0; k < i && !detail_cut_is_gone(cut, cut->ring[i].face); k++)
+                if (!detail_cut_is_gone(cut, cut->ring[k].face) &&
+                    (cut->part[i] == cut->part[k]) !=
+                        (here == cut->node[cut->ring[k].face][cut->ring[k].corner]))
                     return false;
         }
-        if (cut->node[cut->ring[lowest].face][cut->ring[lowest].corner] != node)
+        // Where faces are removed, that which had the node may be among them.
+        if (whole && cut->node[cut->ring[lowest].face][cut->ring[lowest].corner] != node)
             return false;
     }
     return true;
@@ -245,17 +251,21 @@ static void set_bits(LeafSet *set, const int *edge, int count, bool broken)
 
 // --- derived from the state ---
 
-// Locks the ancestors of each face at an end of a broken edge.
+// Locks the ancestors of each face at an end of a broken edge, or at a corner of a removed face.
 void detail_cut_lock(const LeafSet *set)
 {
     DetailCut *cut = set->cut;
     const Level *finest = &set->levels.level[set->levels.finest];
     memset(cut->locked, 0, (size_t)set->face_base[set->levels.finest]);
     memset(cut->is_end, 0, (size_t)cut->base_count * sizeof *cut->is_end);
-    for (int f = 0; f < finest->face_count; f++)
+    cut->gone_count = 0;
+    for (int f = 0; f < finest->face_count; f++) {
+        const bool gone = detail_cut_is_gone(cut, f);
+        cut->gone_count += gone;
         for (int k = 0; k < 3 && cut->broken[f] != 0; k++)
-            if (cut->broken[f] >> k & 1)
+            if (gone || (cut->broken[f] >> k & 1) != 0)
                 cut->is_end[cut->base[f][k]] = cut->is_end[cut->base[f][(k + 1) % 3]] = true;
+    }
     if (set->levels.finest == 0)
         return;
     unsigned char *locked = &cut->locked[set->face_base[set->levels.finest - 1]];

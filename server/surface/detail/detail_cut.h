@@ -6,6 +6,9 @@
 // keeps the original node, the others get copies, whose numbers follow those of the finest level.
 // So ends, crossings, loops and borders need no special rules.
 //
+// Removed faces (detail_remove.c) have a bit of their own beside those of their edges, all of which
+// are broken. Such a face is no leaf and has no nodes; a node whose faces are all gone is off.
+//
 // Faces at the ends of broken edges are locked ("Levels and locks" there): they stay leaves of the
 // finest level for ever. So coarser leaves never meet a copy, and hanging nodes have none.
 #ifndef PLIANT_SURFACE_DETAIL_DETAIL_CUT_H
@@ -14,6 +17,7 @@
 #include "base/memory.h"
 #include "body/cut.h"
 #include "surface/cut/cut_snap.h"
+#include "surface/detail/detail_pieces.h"
 #include "surface/detail/detail_set.h"
 #include "surface/surface.h"
 
@@ -31,9 +35,9 @@ typedef struct DetailCut {
     double bulge;         // distance by which nodes of finer levels may stick out of a leaf [m]
 
     // --- part of the state ---
-    unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1
+    unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1; CUT_GONE
     int (*node)[3];  // [finest faces] the current nodes of its corners: all code of the body reads
-                     // these as the corners of the finest level
+                     // these as the corners of the finest level; of a removed face as uncut
     int64_t *copies; // number in use
     Vec3 *rest; // [base_count] rest positions [m]: cuts move some onto the blade; kept equal to
                 // levels.position
@@ -43,9 +47,10 @@ typedef struct DetailCut {
     // --- derived from the state ---
     int *origin;           // [copy_capacity] the node of the uncut mesh from which a copy was made
     unsigned char *locked; // [faces above the finest level]
-    bool *is_end;          // [base_count] true at the ends of broken edges
-    int *piece;            // [finest faces] the lowest face that is connected with it
-    int *node_piece;       // [base_count + copy_capacity] piece of the faces there
+    bool *is_end;    // [base_count] true at the ends of broken edges, corners of removed faces
+    int gone_count;  // removed faces
+    int *piece;      // [finest faces] the lowest face that is connected with it
+    int *node_piece; // [base_count + copy_capacity] piece of the faces there
     int piece_count, small_count; // pieces, and those of a single face among them
 
     // --- deformed positions; for one call ---
@@ -70,6 +75,14 @@ typedef struct DetailCut {
     CutSnap *snap;
     int *snap_work; // [base_count] zero between cuts
 } DetailCut;
+
+enum { CUT_GONE = 1 << 3 }; // bit of `broken`: the face is removed
+
+// True if a face of the finest level is removed; with cut != NULL.
+static inline bool detail_cut_is_gone(const DetailCut *cut, int face)
+{
+    return (cut->broken[face] & CUT_GONE) != 0;
+}
 
 // True if the edge between corners k and k + 1 of a leaf is broken.
 static inline bool detail_is_broken(const LeafSet *set, int level, int face, int k)
@@ -100,6 +113,25 @@ bool detail_cut_break(struct SurfaceModel *model, const int *edge, int edge_coun
 bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
                       TopologyChange *change);
 void detail_blade_reserve(void *self, int blades, Arena *arena, StateList *state);
+
+// A change begins with a fit of the body's frame. If the change comes to nothing, the next fit
+// starts from where this one did, so that the attempt has no effect on the state.
+typedef struct FrameStart {
+    double rotation[4], piece[PIECE_FRAMES][4];
+} FrameStart;
+
+FrameStart detail_cut_begin(struct SurfaceModel *model);
+void detail_cut_take_back(struct SurfaceModel *model, const FrameStart *start);
+// Finds the faces within `margin` [m] of where an edge passes, and their neighbours: a link needs
+// both its faces.
+void detail_cut_look(struct SurfaceModel *model, const BladeEdge *edge, int edges, double margin,
+                     CutTissue *tissue);
+
+// --- detail_remove.c ---
+// As BodyOps.remove and BodyOps.account.
+bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
+                   TopologyChange *change);
+int detail_account(const void *self, TissueAccount *account, int capacity);
 
 // --- detail_tear.c ---
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,

@@ -5,18 +5,22 @@
 
 #include <string.h>
 
-// True if the bits belong to inner edges, the same on both sides.
+// True if the bits belong to inner edges, the same on both sides, or say that a face is removed.
 static bool check_bits(const LeafSet *set)
 {
     const DetailCut *cut = set->cut;
     const Level *finest = &set->levels.level[set->levels.finest];
     for (int f = 0; f < finest->face_count; f++) {
-        if (cut->broken[f] > 7)
+        if (cut->broken[f] > (7 | CUT_GONE))
             return false;
         for (int k = 0; k < 3; k++) {
-            if ((cut->broken[f] >> k & 1) == 0)
-                continue;
             int edge = finest->face_edge[f][k], across = levels_beyond(finest, edge, f), j = 0;
+            // All inner edges of a removed face are broken.
+            if ((cut->broken[f] >> k & 1) == 0) {
+                if (detail_cut_is_gone(cut, f) && across >= 0)
+                    return false;
+                continue;
+            }
             while (across >= 0 && finest->face_edge[across][j] != edge)
                 j++;
             if (across < 0 || (cut->broken[across] >> j & 1) == 0)
@@ -27,20 +31,21 @@ static bool check_bits(const LeafSet *set)
 }
 
 // True if corners are nodes of the uncut mesh or copies of them, each copy belongs to one node, and
-// none is unused.
+// none is unused unless its faces are removed.
 static bool check_copies(const Detail *detail)
 {
     DetailCut *cut = detail->set.cut;
     int64_t copies = *cut->copies, used = 0;
-    bool *is_used = detail->faces.is_redrawn; // false between changes
+    bool *is_used = detail->faces.is_redrawn, whole = true; // false between changes
     if (copies < 0 || copies > cut->copy_capacity)
         return false;
     for (int f = 0; f < detail->set.face_count; f++)
         for (int k = 0; k < 3; k++) {
             int node = cut->node[f][k], copy = node - cut->base_count;
+            whole &= !detail_cut_is_gone(cut, f);
             if (node == cut->base[f][k])
                 continue;
-            if (copy < 0 || copy >= copies)
+            if (detail_cut_is_gone(cut, f) || copy < 0 || copy >= copies)
                 return false;
             cut->origin[copy] = cut->base[f][k];
         }
@@ -56,7 +61,7 @@ static bool check_copies(const Detail *detail)
             is_used[node] = true;
         }
     memset(is_used + cut->base_count, 0, (size_t)cut->copy_capacity * sizeof *is_used);
-    return ok && used == copies;
+    return ok && (used == copies || !whole);
 }
 
 // True if only ends of broken edges are moved, by at most one snap, with some tolerance for

@@ -239,7 +239,7 @@ static int predecessor(const DetailFaces *faces, int slot)
 }
 
 // Returns where the face is now that was drawn at a slot which is free: the part of the leaf that
-// contains its quarter, or the first.
+// contains its quarter, or the first; -1: it is removed.
 static int successor(const DetailFaces *faces, int slot)
 {
     const LeafSet *set = faces->set;
@@ -250,8 +250,8 @@ static int successor(const DetailFaces *faces, int slot)
         int part = quarter(set, level, face, slot >> (shift - 2) & 3);
         return in_use(faces, part) ? part : face << shift;
     }
-    ASSERT(false);
-    return slot;
+    ASSERT(detail_is_gone(set, set->levels.finest, slot));
+    return -1;
 }
 
 static void list_changes(DetailFaces *faces, DetailReport *report)
@@ -263,7 +263,9 @@ static void list_changes(DetailFaces *faces, DetailReport *report)
             continue;
         // A face that is gone, and where it continues.
         report->face_change[change->face_count++] = (FaceChange){slot, -1};
-        report->face_change[change->face_count++] = (FaceChange){successor(faces, slot), slot};
+        const int next = successor(faces, slot);
+        if (next >= 0)
+            report->face_change[change->face_count++] = (FaceChange){next, slot};
         slots_free_face(faces->slots, slot);
     }
     for (int i = 0; i < faces->drawn_count; i++) {

@@ -27,13 +27,15 @@ void detail_pieces_label(LeafSet *set)
     cut->piece_count = cut->small_count = 0;
     for (int f = 0; f < finest->face_count; f++) { // lower ones are final
         piece[f] = piece[piece[f]];
+        if (detail_cut_is_gone(cut, f))
+            continue;
         cut->piece_count += piece[f] == f;
         for (int k = 0; k < 3; k++)
             cut->node_piece[cut->node[f][k]] = piece[f];
     }
     // A piece of one face has no unbroken edge.
     for (int f = 0; f < finest->face_count; f++) {
-        bool alone = piece[f] == f;
+        bool alone = piece[f] == f && !detail_cut_is_gone(cut, f);
         for (int k = 0; k < 3 && alone; k++)
             alone = (cut->broken[f] >> k & 1) != 0 ||
                     levels_beyond(finest, finest->face_edge[f][k], f) < 0;
@@ -96,7 +98,7 @@ static void rank_pieces(Detail *detail)
     for (int f = 0; f < detail->set.face_count; f++)
         frames->size[piece[f]]++;
     for (int f = 0; f < detail->set.face_count; f++) {
-        if (piece[f] != f)
+        if (piece[f] != f || detail_cut_is_gone(detail->set.cut, f))
             continue;
         frames->frame_of[f] = FRAME_LOOSE;
         // Insert it among the largest so far.

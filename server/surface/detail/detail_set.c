@@ -19,9 +19,15 @@ bool detail_exists(const LeafSet *set, int level, int face)
     return level == 0 || detail_is_refined(set, level - 1, face / 4);
 }
 
+bool detail_is_gone(const LeafSet *set, int level, int face)
+{
+    return set->cut != NULL && level == set->levels.finest && detail_cut_is_gone(set->cut, face);
+}
+
 bool detail_is_leaf(const LeafSet *set, int level, int face)
 {
-    return detail_exists(set, level, face) && !detail_is_refined(set, level, face);
+    return detail_exists(set, level, face) && !detail_is_refined(set, level, face) &&
+           !detail_is_gone(set, level, face);
 }
 
 int detail_original(const LeafSet *set, int node)
@@ -81,7 +87,8 @@ int detail_leaves_around(const LeafSet *set, int node, Leaf *leaf)
     if (set->cut == NULL)
         return count;
     for (int i = 0; i < count; i++) // each copy of a node has its own leaves
-        if (set->levels.level[leaf[i].level].face[leaf[i].face][leaf[i].corner] == node)
+        if (set->levels.level[leaf[i].level].face[leaf[i].face][leaf[i].corner] == node &&
+            !detail_is_gone(set, leaf[i].level, leaf[i].face))
             leaf[kept++] = leaf[i];
     return kept;
 }
@@ -105,6 +112,18 @@ NodeStatus detail_status_of_midpoint(const LeafSet *set, int level, int edge)
     if (refined == 0)
         return NODE_OFF;
     return refined < sides && set->constrained ? NODE_HANGING : NODE_FREE;
+}
+
+NodeStatus detail_status(const LeafSet *set, int node)
+{
+    const int original = detail_original(set, node), born = levels_of_node(&set->levels, original);
+    // Around copies and ends of broken edges all faces are of the finest level: some may be left.
+    if (set->cut != NULL && (node != original || set->cut->is_end[node]))
+        return detail_leaves_around(set, node, set->ring[0]) > 0 ? NODE_FREE : NODE_OFF;
+    // A corner of level 0 is always on; a midpoint by the faces at its edge.
+    return born == 0 ? NODE_FREE
+                     : detail_status_of_midpoint(set, born - 1,
+                                                 node - set->levels.level[born - 1].node_count);
 }
 
 int detail_face_slot(const LeafSet *set, int level, int face)

@@ -2,7 +2,8 @@
 // The set of refined faces, from which everything else about a body with levels follows, and what
 // is derived from it about faces and nodes. Private to the surface module.
 //
-// Words: a face exists when its parent is refined, and is a leaf when it is not refined itself.
+// Words: a face exists when its parent is refined, and is a leaf when it is neither refined itself
+// nor removed.
 // Leaves across an edge differ by at most one level. A node is on when it is a corner of a leaf. It
 // is a midpoint of an edge of the level above. If only one of the faces at that edge is refined, it
 // hangs: with adjust = "continuum" it stays in the middle of the edge's ends, its masters, which
@@ -44,6 +45,8 @@ typedef struct LeafSet {
 
 bool detail_is_refined(const LeafSet *set, int level, int face);
 bool detail_exists(const LeafSet *set, int level, int face);
+// True if a face of the finest level is removed.
+bool detail_is_gone(const LeafSet *set, int level, int face);
 bool detail_is_leaf(const LeafSet *set, int level, int face);
 // Returns the node of the uncut mesh that a node is, or is a copy of.
 int detail_original(const LeafSet *set, int node);
@@ -58,6 +61,9 @@ int detail_most_leaves(const LeafSet *set, int node);
 int detail_midpoint(const LeafSet *set, int level, int edge);
 // Returns the status that the bits give the midpoint of an edge of `level`.
 NodeStatus detail_status_of_midpoint(const LeafSet *set, int level, int edge);
+// Returns the status that the bits give a node: of the uncut mesh, or one of the copies made so
+// far.
+NodeStatus detail_status(const LeafSet *set, int node);
 // Returns the first of the slots of a face.
 int detail_face_slot(const LeafSet *set, int level, int face);
 

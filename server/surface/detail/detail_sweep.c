@@ -321,6 +321,8 @@ static Verdict sweep_face(SweepPass *pass, int level, int face, bool asks_calm)
     DetailAdapt *adapt = &detail->adapt;
     const LeafSet *set = &detail->set;
     const Marks *marks = &pass->marks;
+    if (detail_is_gone(set, level, face))
+        return VERDICT_KEEP;
     // A leaf: divide it if a criterion asks for it, and what it is bent against.
     if (!detail_is_refined(set, level, face)) {
         if (level > marks->level)

@@ -95,7 +95,7 @@ static void mark_tips(LeafSet *set)
     const Level *finest = &set->levels.level[set->levels.finest];
     memset(cut->is_tip, 0, (size_t)set->node_count * sizeof *cut->is_tip);
     for (int f = 0; f < finest->face_count; f++)
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3 && !detail_cut_is_gone(cut, f); k++)
             if ((cut->broken[f] >> k & 1) != 0 ||
                 levels_beyond(finest, finest->face_edge[f][k], f) < 0)
                 cut->is_tip[cut->node[f][k]] = cut->is_tip[cut->node[f][(k + 1) % 3]] = true;

@@ -5,6 +5,8 @@
 #include "fixture.h"
 #include "random.h"
 
+#include "sim/follow.h"
+
 SurfaceOptions wall_options(int levels, int start_level)
 {
     SurfaceOptions options = bench_options(levels, start_level);
@@ -130,4 +132,69 @@ CutOutcome wall_cut(DetailBench *bench, const CutOptions *options)
     double most = bench->detail->options.body.precision == PRECISION_SINGLE ? 1e-7 : 1e-12;
     expect_at_most(vec3_length(vec3_sub(bench_momentum(bench), momentum)), most * mass);
     return outcome;
+}
+
+static double area_present(const DetailBench *bench)
+{
+    double area = 0.0;
+    for (int l = 0; l <= bench->detail->set.levels.finest; l++)
+        for (int f = 0; f < bench->detail->set.levels.level[l].face_count; f++)
+            if (detail_is_leaf(&bench->detail->set, l, f))
+                area += level_rules_area(&bench->detail->rules, l, f);
+    return area;
+}
+
+// In the world, where a removal counts.
+static Vec3 world_momentum(const DetailBench *bench)
+{
+    Vec3 sum = vec3(0.0, 0.0, 0.0);
+    for (int i = 0; i < bench->detail->set.node_count; i++) {
+        Vec3 x, v;
+        if (bench->detail->set.status[i] != NODE_FREE)
+            continue;
+        bench->body->ops->read_nodes(bench->model, &i, 1, &x, &v);
+        sum = vec3_madd(sum, bench->model->mass[i], v);
+    }
+    return sum;
+}
+
+typedef struct Removing {
+    const Removal *removal;
+    RemovalOutcome outcome;
+} Removing;
+
+static bool remove_once(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    (void)b;
+    Removing *removing = context;
+    Body *body = &sim->body[0];
+    return body->ops->remove(body, removing->removal, &removing->outcome, change);
+}
+
+RemovalOutcome wall_remove(DetailBench *bench, Vec3 from, Vec3 to, double radius, double amount)
+{
+    const Removal removal = {.kind = REMOVER_DRILL,
+                             .mouth = {REGION_CAPSULE, from, to, radius},
+                             .volume = amount * REMOVED_THICKNESS,
+                             .tick = 1e-3};
+    Removing removing = {.removal = &removal};
+    const double mass = bench_mass(bench), area = area_present(bench);
+    const Vec3 momentum = world_momentum(bench);
+    const uint64_t before = state_hash(&bench->state);
+    change_body(bench->sim, 0, remove_once, &removing);
+    const RemovalOutcome *went = &removing.outcome;
+    if (went->verdict != CUT_DONE)
+        assert_true(state_hash(&bench->state) == before);
+    // Sums of thousands of numbers; in single precision new nodes get rounded means.
+    const double most = bench->detail->options.body.precision == PRECISION_SINGLE ? 1e-7 : 1e-12;
+    expect_near(bench_mass(bench) + went->mass, mass, 1e-12 * mass);
+    expect_near(area_present(bench) + went->area, area, 1e-12 * area);
+    expect_at_most(vec3_length(vec3_sub(vec3_add(world_momentum(bench), went->momentum), momentum)),
+                   most * mass);
+    TissueAccount account;
+    assert_int_equal(bench->body->ops->account(bench->model, &account, 1), 1);
+    expect_near(account.attached + account.cut_off + account.removed, account.at_load,
+                1e-12 * account.at_load);
+    expect_near(account.attached + account.cut_off, area - went->area, 1e-12 * area);
+    return *went;
 }
