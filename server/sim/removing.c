@@ -117,7 +117,7 @@ static bool remove_once(Sim *sim, int b, void *context, TopologyChange *change)
     Work *work = context;
     RemovalOutcome one = {.verdict = CUT_MET_NOTHING}, *sum = &work->sum;
     const bool changed = sim->body[b].ops->remove(&sim->body[b], &work->removal, &one, change);
-    work->removal.volume -= one.volume;
+    work->removal.volume -= one.volume + REMOVED_THICKNESS * one.area;
     work->removal.heat = 0.0; // given once
     work->reached |= one.verdict == CUT_DONE;
     sum->verdict = one.verdict;

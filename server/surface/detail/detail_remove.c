@@ -39,30 +39,45 @@ static void insert(Taken *taken, int face, double distance)
     taken->distance[at] = distance;
 }
 
-// Lists the nearest faces whose centroids are in the mouth, present or not yet, as many as may go.
-static void find_taken(SurfaceModel *model, const Removal *removal, Taken *taken)
+static double distance_to_face(const Region *mouth, const Vec3 x[3])
 {
-    const Detail *detail = model->detail;
-    const DetailCut *cut = detail->set.cut;
-    const BladeEdge axis = {{removal->mouth.from, removal->mouth.to}};
-    const RegionTest test = region_test(&removal->mouth);
+    ClosestPair pair[DISTANCE_PAIRS];
+    double along, weight[3], least = (double)INFINITY;
+    if (distance_segment_crosses(mouth->from, mouth->to, x, &along, weight))
+        return 0.0;
+    distance_segment_triangle_pairs(mouth->from, mouth->to, x, pair);
+    for (int i = 0; i < DISTANCE_PAIRS; i++)
+        least = fmin(least, pair[i].distance);
+    return least;
+}
+
+// Lists the nearest faces within reach, also those that do not exist yet: whose centroids are in
+// the mouth; or, as a burr pushes away what it does not take, what it touches.
+static void find_within(SurfaceModel *model, const Removal *removal, Taken *taken)
+{
+    const Region *mouth = &removal->mouth;
+    const BladeEdge axis = {{mouth->from, mouth->to}};
     CutTissue tissue;
-    detail_cut_look(model, &axis, 1, removal->mouth.radius, &tissue);
+    detail_cut_look(model, &axis, 1, mouth->radius, &tissue);
     taken->count = 0;
     for (int i = 0; i < tissue.face_count; i++) {
-        const int *corner = tissue.corner[tissue.face[i]];
-        Vec3 sum = vec3_add(tissue.position[corner[0]], tissue.position[corner[1]]);
-        const Vec3 middle = vec3_scale(1.0 / 3.0, vec3_add(sum, tissue.position[corner[2]]));
-        if (region_contains(&test, middle))
-            insert(taken, tissue.face[i],
-                   distance_point_segment(middle, removal->mouth.from, removal->mouth.to));
+        Vec3 x[3];
+        for (int k = 0; k < 3; k++)
+            x[k] = tissue.position[tissue.corner[tissue.face[i]][k]];
+        const Vec3 middle = vec3_scale(1.0 / 3.0, vec3_add(x[0], vec3_add(x[1], x[2])));
+        const double distance = removal->kind == REMOVER_DRILL
+                                    ? distance_to_face(mouth, x)
+                                    : distance_point_segment(middle, mouth->from, mouth->to);
+        if (distance <= mouth->radius)
+            insert(taken, tissue.face[i], distance);
     }
-    // No more than the amount, and never the last face: a body has a place.
-    double left = removal->volume / REMOVED_THICKNESS;
-    const int most = detail->set.face_count - cut->gone_count - 1;
+}
+
+// Keeps no more of them than the amount.
+static void keep_amount(const Detail *detail, double amount, Taken *taken)
+{
     int kept = 0;
-    while (kept < taken->count && kept < most &&
-           (left -= face_area(detail, taken->face[kept])) >= 0.0)
+    while (kept < taken->count && (amount -= face_area(detail, taken->face[kept])) >= 0.0)
         kept++;
     taken->count = kept;
 }
@@ -184,7 +199,6 @@ static bool take(Body *body, Taken *taken, RemovalOutcome *outcome)
     if (cut->piece_count != pieces)
         detail_frames_start(detail);
     detail_end_cut(body);
-    outcome->verdict = CUT_DONE;
     outcome->removed = taken->count;
     outcome->nodes_added = around.nodes_added;
     return true;
@@ -199,7 +213,13 @@ bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
     *outcome = (RemovalOutcome){.verdict = CUT_MET_NOTHING};
     Taken taken;
     const FrameStart start = detail_cut_begin(model);
-    find_taken(model, removal, &taken);
+    find_within(model, removal, &taken);
+    // Never the last face: a body is somewhere.
+    const int most = detail->set.face_count - cut->gone_count - 1;
+    taken.count = taken.count < most ? taken.count : most;
+    if (taken.count > 0)
+        outcome->verdict = CUT_DONE;
+    keep_amount(detail, removal->volume / REMOVED_THICKNESS, &taken);
     const bool done = taken.count > 0 && take(body, &taken, outcome);
     if (done)
         *change = detail->report.change;

@@ -49,14 +49,15 @@ TEST(random_removals_and_cuts_keep_every_invariant)
                 last = wall_random_sweep(&bench, &random, &last);
                 wall_cut(&bench, &last);
             } else {
-                const Vec3 from = random_place(&bench, &random),
-                           way =
-                               vec3_scale(random_between(&random, 0.0, 0.02), random_vec3(&random));
-                const double amount = random_below(&random, 2) == 0
-                                          ? (double)INFINITY
-                                          : random_between(&random, 0.0, 1e-4);
-                const RemovalOutcome went = wall_remove(
-                    &bench, from, vec3_add(from, way), random_between(&random, 1e-3, 0.03), amount);
+                const Vec3 from = random_place(&bench, &random);
+                const double far = random_between(&random, 0.0, 0.02);
+                const Region mouth = {REGION_CAPSULE, from,
+                                      vec3_madd(from, far, random_vec3(&random)),
+                                      random_between(&random, 1e-3, 0.03)};
+                const bool sucks = random_below(&random, 2) == 0;
+                const double amount = sucks ? random_between(&random, 0.0, 2e-4) : (double)INFINITY;
+                const RemovalOutcome went =
+                    wall_remove(&bench, sucks ? REMOVER_SUCTION : REMOVER_DRILL, &mouth, amount);
                 assert_true(!cut_refuses(went.verdict));
                 expect_at_most(went.area, amount);
                 removed += went.removed;

@@ -22,9 +22,10 @@ CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, d
 CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const CutOptions *last);
 // Cuts; fails the test unless mass and momentum stay.
 CutOutcome wall_cut(DetailBench *bench, const CutOptions *options);
-// Takes away at most `amount` [m2], in a capsule between two points; fails the test unless mass,
-// momentum and area of what is left and of what went are what was there.
-RemovalOutcome wall_remove(DetailBench *bench, Vec3 from, Vec3 to, double radius, double amount);
+// Takes away at most `amount` [m2]; fails the test unless mass, momentum and area of what is left
+// and of what went are what was there.
+RemovalOutcome wall_remove(DetailBench *bench, RemoverKind kind, const Region *mouth,
+                           double amount);
 // Everything of wall_check.h and bench_expect_sound.
 void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles);
 
