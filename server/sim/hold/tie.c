@@ -689,6 +689,12 @@ void ties_stage(Sim *sim)
     const TiePool *pool = sim->ties;
     for (int s = 0; s < pool->capacity; s++) {
         const TieRecord tie = pool->record[s];
+        if (pool->live[s] && count_nodes(pool, s) == 0) {
+            release(sim, s);
+            sim_report(sim, (int)tie.body, "tie_broken", "tie %lld, a %s: its tissue was removed",
+                       (long long)tie.number, KINDS[tie.kind]);
+            continue;
+        }
         if (!pool->live[s] || tie.break_force == 0.0 || was_restored(sim, tie.body) ||
             was_restored(sim, tie.to_body))
             continue;

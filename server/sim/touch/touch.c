@@ -406,7 +406,7 @@ static void forget_heirs(int *heir, const TopologyChange *change)
 }
 
 // True for a body with itself that was never cut: a solid has no new faces, a hollow body no copies
-// of nodes.
+// of nodes, nor lacks any tissue.
 static bool is_whole(const Touch *touch)
 {
     const Body *body = touch->body[0];
@@ -416,7 +416,10 @@ static bool is_whole(const Touch *touch)
     for (int i = 0; i < mesh->node_count; i++)
         if (mesh->id[i] >= 0 && mesh->origin[i] != mesh->id[i])
             return false;
-    return true;
+    TissueAccount tissue = {0};
+    if (body->ops->account != NULL)
+        body->ops->account(body->model, &tissue, 1);
+    return !(tissue.removed > 0.0);
 }
 
 // What is remembered of faces passes to their heirs: a point looks among faces around it.

@@ -8,18 +8,6 @@
 #include "sim_steps.h"
 #include "test.h"
 
-static Vec3 random_place(const DetailBench *bench, uint64_t *random)
-{
-    for (;;) {
-        const int node = random_below(random, bench->detail->set.node_count);
-        Vec3 x;
-        if (bench->detail->set.status[node] == NODE_OFF)
-            continue;
-        bench->body->ops->read_nodes(bench->model, &node, 1, &x, NULL);
-        return x;
-    }
-}
-
 TEST(random_removals_and_cuts_keep_every_invariant)
 {
     uint64_t random = 371;
@@ -49,7 +37,7 @@ TEST(random_removals_and_cuts_keep_every_invariant)
                 last = wall_random_sweep(&bench, &random, &last);
                 wall_cut(&bench, &last);
             } else {
-                const Vec3 from = random_place(&bench, &random);
+                const Vec3 from = wall_random_node(&bench, &random);
                 const double far = random_between(&random, 0.0, 0.02);
                 const Region mouth = {REGION_CAPSULE, from,
                                       vec3_madd(from, far, random_vec3(&random)),

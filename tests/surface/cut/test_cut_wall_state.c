@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The state of cut surface bodies: room, checkpoints, resets, and what a damaged file may hold.
+// The state of surface bodies that are cut and drilled: room, checkpoints, resets, and what a
+// damaged file may hold.
 #include "wall_bench.h"
 
 #include "effort.h"
@@ -53,6 +54,14 @@ TEST(copies_end_with_their_capacity)
     assert_int_equal(sim_resets(bench.sim), 0);
 }
 
+// At a random node, about four faces of level 2 wide.
+static void drill_somewhere(DetailBench *bench, uint64_t *random)
+{
+    const Vec3 at = wall_random_node(bench, random);
+    const Region burr = {REGION_CAPSULE, at, at, 0.008};
+    assert_true(wall_remove(bench, REMOVER_DRILL, &burr, (double)INFINITY).removed > 0);
+}
+
 static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
 {
     SurfaceOptions options = wall_options(levels, 0);
@@ -64,6 +73,7 @@ static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
     for (int i = 0; i < 4; i++) {
         last = wall_random_sweep(bench, random, &last);
         wall_cut(bench, &last);
+        drill_somewhere(bench, random);
         sim_step(bench->sim);
     }
 }
@@ -89,6 +99,8 @@ TEST(a_cut_state_goes_on_elsewhere_with_the_same_bits)
             CutOptions more = wall_sweep_at(vec3(0.01, 0.0, 0.0), vec3(0.0, 0.6, 0.8),
                                             vec3(0.0, 0.8, -0.6), 0.3, 0.3);
             wall_cut(both[k], &more);
+            const Region burr = {REGION_CAPSULE, {0.0, 0.0, 0.04}, {0.0, 0.0, 0.06}, 0.01};
+            wall_remove(both[k], REMOVER_DRILL, &burr, 2e-4);
             sim_ticks(both[k]->sim, 100);
             end[k] = state_hash(&both[k]->state);
         }
@@ -107,6 +119,7 @@ TEST(a_reset_makes_it_whole_again)
         for (int i = 0; i < 4; i++) {
             last = wall_random_sweep(&bench, &random, &last);
             wall_cut(&bench, &last);
+            drill_somewhere(&bench, &random);
             sim_step(bench.sim);
         }
         assert_true(*bench.detail->set.cut->copies > 5);
@@ -114,6 +127,7 @@ TEST(a_reset_makes_it_whole_again)
         sim_reset(bench.sim);
         assert_int_equal(bench.body->mesh.topology, topology + 1);
         assert_int_equal(*bench.detail->set.cut->copies, 0);
+        assert_int_equal(bench.detail->set.cut->gone_count, 0);
         assert_int_equal(bench.body->mesh.node_count, 114);
         bench_expect_sound(&bench);
     }

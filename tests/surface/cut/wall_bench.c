@@ -53,7 +53,7 @@ void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, dou
     wall_create_with(bench, kind, options, much, NULL);
 }
 
-static Vec3 random_node(const DetailBench *bench, uint64_t *random)
+Vec3 wall_random_node(const DetailBench *bench, uint64_t *random)
 {
     for (;;) {
         int node = random_below(random, bench->detail->set.node_count);
@@ -82,7 +82,7 @@ CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, d
 // sweeps that begin where the last one ended, twisted ones.
 CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const CutOptions *last)
 {
-    Vec3 middle = random_node(bench, random), along = vec3_unit(random_vec3(random));
+    Vec3 middle = wall_random_node(bench, random), along = vec3_unit(random_vec3(random));
     Vec3 forward = vec3_unit(vec3_cross(along, random_vec3(random)));
     int kind = random_below(random, 8);
     if (kind == 0)
@@ -90,7 +90,7 @@ CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const C
     if (kind == 1)
         return wall_sweep_at(middle, along, forward, 0.05, random_between(random, 1e-4, 5e-3));
     if (kind == 2) { // exactly along the line between two nodes
-        Vec3 other = random_node(bench, random);
+        Vec3 other = wall_random_node(bench, random);
         CutOptions cut = {.body = 0};
         for (int k = 0; k < 2; k++) {
             Vec3 push = vec3_scale(k == 0 ? -0.02 : 0.02, along);

@@ -15,6 +15,8 @@ void wall_create_with(DetailBench *bench, WallMesh kind, SurfaceOptions *options
                       const ToolOptions *tool);
 void wall_create(DetailBench *bench, WallMesh kind, SurfaceOptions *options, double much);
 
+// Returns where a random node is that is on [m].
+Vec3 wall_random_node(const DetailBench *bench, uint64_t *random);
 // A blade `length` wide that goes `way` far through a point, along unit vectors.
 CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, double way);
 // Whole planes, short and long cuts, sweeps exactly through nodes and along the line between two,
