@@ -222,9 +222,9 @@ typedef struct BodyOps {
     // check. The ids of a body that does not change (body_changes) are constant.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
-    // Accounts for the body's tissues, by label; returns their number, writes at most `capacity`.
-    // NULL: nothing can be cut off or taken from it.
-    int (*account)(const void *model, TissueAccount *account, int capacity);
+    // Returns the account of the body's tissues, as of the last change. NULL: nothing can be cut
+    // off or taken from it.
+    const BodyAccount *(*account)(const void *model);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);
@@ -369,6 +369,8 @@ typedef struct BodyOptions {
                                       // a voxel body that can be cut: vertices and outer triangles
     int fixed_count;
     const FixedRegion *fixed;
+    int watch_count; // of a body that can be cut: regions of its account
+    const WatchedRegion *watch;
     // Initial state [m], [m/s], or NULL: at rest; [initial_count] in mesh order, of a voxel body by
     // ascending vertex id. A surface body has one for each node of its mesh.
     int initial_count;

@@ -40,16 +40,46 @@ typedef struct RemovalOutcome {
     int needed, room;                      // of CUT_NO_NODES, CUT_NO_FACES
 } RemovalOutcome;
 
+// What opened or took tissue.
+typedef enum AccountCause {
+    ACCOUNT_NOTHING,
+    ACCOUNT_CUT,
+    ACCOUNT_TEAR,
+    ACCOUNT_REMOVAL,
+    ACCOUNT_CAUSES,
+} AccountCause;
+
 // The account of one tissue of a body: of a label, or of all of it. Amounts at rest: volumes [m3]
 // of solids, areas [m2] of walls. At any time at_load = attached + cut_off + removed.
 typedef struct TissueAccount {
     const char *name; // of the label; owned by the model
     double density;   // mass per amount [kg/m3], [kg/m2]
     double at_load;
-    double attached; // in the main piece
+    double attached; // in the main piece: that with the most of what is fixed, else the largest
     double cut_off;  // in all other pieces
     double removed;
     double coagulated; // of what is present
 } TissueAccount;
+
+// Tissue whose distance to all that is cut or removed is of interest, as it is at rest.
+typedef struct WatchedRegion {
+    FixedRegion region; // a box or a sphere, world frame at load
+    int material;       // not 0: instead the cells of this material, from 1; -1: none of the body's
+} WatchedRegion;
+
+typedef struct RegionAccount {
+    double distance;    // shortest one so far [m]; INFINITY: nothing was cut or removed
+    AccountCause cause; // of what is there
+    bool touched;       // something inside was cut or removed
+} RegionAccount;
+
+// Owned by the model; constant between changes of topology.
+typedef struct BodyAccount {
+    int64_t version; // grows with every change
+    int tissue_count, region_count;
+    const TissueAccount *tissue;
+    const RegionAccount *region; // by BodyOptions.watch
+    double cut, torn;            // areas of sections at rest [m2]
+} BodyAccount;
 
 #endif

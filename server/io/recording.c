@@ -218,11 +218,31 @@ hid_t recording_event_type(void)
     return type;
 }
 
+hid_t recording_ledger_type(void)
+{
+    hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingLedger));
+    const hsize_t values = RECORDING_LEDGER_VALUES;
+    hid_t numbers = H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &values);
+    H5Tinsert(type, "time", offsetof(RecordingLedger, time), H5T_NATIVE_DOUBLE);
+    H5Tinsert(type, "step", offsetof(RecordingLedger, step), H5T_NATIVE_INT64);
+    H5Tinsert(type, "line", offsetof(RecordingLedger, line), H5T_NATIVE_INT32);
+    H5Tinsert(type, "flag", offsetof(RecordingLedger, flag), H5T_NATIVE_INT32);
+    insert_text(type, "body", offsetof(RecordingLedger, body), RECORDING_BODY_TEXT);
+    insert_text(type, "name", offsetof(RecordingLedger, name), RECORDING_LEDGER_NAME);
+    insert_text(type, "by", offsetof(RecordingLedger, by), RECORDING_KIND_TEXT);
+    H5Tinsert(type, "value", offsetof(RecordingLedger, value), numbers);
+    H5Tclose(numbers);
+    return type;
+}
+
 static bool create_events(Recording *recording)
 {
     recording->event_type = recording_event_type();
+    recording->ledger_type = recording_ledger_type();
     return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
-                            "time s, step ticks", &recording->event);
+                            "time s, step ticks", &recording->event) &&
+           hdf_table_create(&recording->file, "/ledger", recording->ledger_type, 0, EVENT_ROWS,
+                            "time s, step ticks, value in SI units", &recording->ledger);
 }
 
 static bool write_head(Recording *recording, const RecordingOptions *options)
@@ -402,6 +422,12 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
     return begin(recording, &recording->event, 1) && append(recording, &recording->event, 1, event);
 }
 
+bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count)
+{
+    return begin(recording, &recording->ledger, count) &&
+           append(recording, &recording->ledger, count, line);
+}
+
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
 {
     ASSERT(body >= 0 && body < recording->body_count);
@@ -475,8 +501,11 @@ static void close_file(Recording *recording)
         for (int t = 0; t < TOOL_TABLES; t++)
             hdf_table_close(&recording->tool[i].table[t]);
     hdf_table_close(&recording->event);
+    hdf_table_close(&recording->ledger);
     if (recording->event_type >= 0)
         H5Tclose(recording->event_type);
+    if (recording->ledger_type >= 0)
+        H5Tclose(recording->ledger_type);
     hdf_close(&recording->file);
 }
 
@@ -532,7 +561,7 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
     recording->tool = calloc((size_t)options->tool_count + 1, sizeof *recording->tool);
     ASSERT(recording->path != NULL && recording->body != NULL && recording->tool != NULL);
     recording->file = (HdfFile){.id = -1, .path = recording->path, .status = &recording->status};
-    recording->event_type = -1;
+    recording->event_type = recording->ledger_type = -1;
     // Data sets, a first flush and a sidecar: from now on there is a valid file.
     if (create_all(recording, options) && flush_file(recording) && write_sidecar(recording))
         return recording;
@@ -599,6 +628,12 @@ bool recording_add_tool(Recording *recording, int tool, double time, const Recor
 bool recording_add_event(Recording *recording, const RecordingEvent *event)
 {
     (void)recording, (void)event;
+    return false;
+}
+
+bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count)
+{
+    (void)recording, (void)line, (void)count;
     return false;
 }
 

@@ -14,6 +14,7 @@
 #include <stdio.h>
 
 enum { RECORDING_BODY_TEXT = 32, RECORDING_KIND_TEXT = 16, RECORDING_EVENT_TEXT = 192 };
+enum { RECORDING_LEDGER_NAME = 64, RECORDING_LEDGER_VALUES = 6 };
 
 typedef struct RecordingBody {
     const char *name;     // unique
@@ -75,6 +76,34 @@ typedef struct RecordingEvent {
     char text[RECORDING_EVENT_TEXT];
 } RecordingEvent;
 
+// A line of the ledger (lcmtypes/ledger_t.lcm): of a body, of one of its tissues or of a region.
+// Lines of one step are one ledger; a later one replaces it.
+typedef enum LedgerLine { LEDGER_BODY, LEDGER_TISSUE, LEDGER_REGION } LedgerLine;
+
+typedef struct RecordingLedger {
+    double time; // simulated [s]
+    int64_t step;
+    int32_t line; // LedgerLine
+    int32_t flag; // of a region: LEDGER_KEEP, LEDGER_TOUCHED; of a body LEDGER_SOLID
+    char body[RECORDING_BODY_TEXT];   // of a region the one that came nearest; "": none
+    char name[RECORDING_LEDGER_NAME]; // of the tissue or region
+    char by[RECORDING_KIND_TEXT];     // of a region: what came nearest
+    double value[RECORDING_LEDGER_VALUES];
+} RecordingLedger;
+
+enum { LEDGER_KEEP = 1, LEDGER_TOUCHED = 2, LEDGER_SOLID = 4 };
+// Their values: areas [m2] of a body; of a tissue [kg/m3 or kg/m2], [m3 or m2]; of a region [m].
+enum { LEDGER_CUT, LEDGER_TORN };
+enum {
+    LEDGER_DENSITY,
+    LEDGER_AT_LOAD,
+    LEDGER_ATTACHED,
+    LEDGER_CUT_OFF,
+    LEDGER_REMOVED,
+    LEDGER_COAGULATED,
+};
+enum { LEDGER_MARGIN, LEDGER_DISTANCE }; // distance -1: nothing was cut or removed
+
 typedef struct Recording Recording;
 
 // Checks that FILE can be recorded to, before there is data: creates it if it does not exist and
@@ -95,6 +124,7 @@ bool recording_add_topology(Recording *recording, int body, const RecordingTopol
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
 bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
 bool recording_add_event(Recording *recording, const RecordingEvent *event);
+bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count);
 
 // Sets the counts that the file reports for a body once it is closed.
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts);
@@ -148,6 +178,7 @@ typedef struct RecordingInfo {
     RecordingToolInfo tool[RECORDING_INFO_TOOLS];
     RecordingKindInfo kind[RECORDING_INFO_KINDS];
     int64_t events;
+    int64_t ledger; // its lines; older files have none
 } RecordingInfo;
 
 // Returns false with `status` (STATUS_INVALID) if it is not a recording, or which part is damaged.

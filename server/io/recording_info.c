@@ -423,6 +423,13 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     return ok;
 }
 
+static bool read_ledger(const HdfFile *file, RecordingInfo *info)
+{
+    if (hdf_exists(file, "/ledger"))
+        info->ledger = count_rows(file, "/ledger", H5T_COMPOUND, 0);
+    return info->ledger >= 0;
+}
+
 // Opens a file that is being written. A block with a wrong checksum may be half written and is read
 // again, after sleeps that double from a nanosecond on. HDF5 would try a hundred times, which never
 // ends; twenty take a millisecond.
@@ -482,7 +489,8 @@ bool recording_read_contents(const HdfFile *file, RecordingInfo *info, Recording
                                   sizeof info->tool->name, info->tool->name);
     for (int i = 0; i < info->tool_count && ok; i++)
         ok = read_tool(file, &info->tool[i]);
-    return ok && info->body_count >= 0 && info->tool_count >= 0 && read_events(file, info);
+    return ok && info->body_count >= 0 && info->tool_count >= 0 && read_events(file, info) &&
+           read_ledger(file, info);
 }
 
 // The child's result.

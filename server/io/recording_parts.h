@@ -99,8 +99,8 @@ struct Recording {
     int body_count, tool_count;
     RecordedBody *body;
     RecordedTool *tool;
-    HdfTable event;
-    hid_t event_type;
+    HdfTable event, ledger;
+    hid_t event_type, ledger_type;
     int64_t flushed_ns;
     int64_t frames, frames_in_sidecar; // of all bodies
 };
@@ -115,6 +115,8 @@ bool recording_write_xdmf(const Recording *recording, Status *status);
 
 // Returns the type of a RecordingEvent; the caller closes it.
 hid_t recording_event_type(void);
+// The same of a RecordingLedger.
+hid_t recording_ledger_type(void);
 
 // --- reading, in the child that may crash --------------------------------------------------------
 

@@ -39,6 +39,7 @@ typedef enum RowSet {
     ROWS_TOOL_ORIENTATION,
     ROWS_TOOL_FORCE,
     ROWS_EVENTS,
+    ROWS_LEDGER,
     ROW_SETS,
 } RowSet;
 
@@ -61,6 +62,7 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
     [ROWS_TOOL_FORCE] = {"/tools", "/force", 3, 3 * sizeof(double)},
     [ROWS_EVENTS] = {"/events", "", 0, sizeof(RecordingEvent)},
+    [ROWS_LEDGER] = {"/ledger", "", 0, sizeof(RecordingLedger)},
 };
 
 typedef struct Request {
@@ -70,7 +72,8 @@ typedef struct Request {
     int rows;
 } Request;
 
-static bool read_request(const HdfFile *file, const Request *request, hid_t event, void *to)
+static bool read_request(const HdfFile *file, const Request *request, hid_t event, hid_t ledger,
+                         void *to)
 {
 #define NODE_TYPE(name, type, width, of, empty, sent, recorded)                                    \
     MESH_IF_LATER(recorded,                                                                        \
@@ -82,7 +85,8 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
                                   [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
-                                  [ROWS_EVENTS] = event};
+                                  [ROWS_EVENTS] = event,
+                                  [ROWS_LEDGER] = ledger};
     const RowForm *form = &row_form[request->set];
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s%s%s%s", form->group, *request->name ? "/" : "", request->name,
@@ -93,7 +97,7 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
 
 static void answer_requests(const HdfFile *file, int fd)
 {
-    const hid_t event = recording_event_type();
+    const hid_t event = recording_event_type(), ledger = recording_ledger_type();
     Request request;
     // What is asked for was checked against the index.
     while (hdf_child_receive(fd, &request, sizeof request)) {
@@ -103,12 +107,13 @@ static void answer_requests(const HdfFile *file, int fd)
         size_t bytes = (size_t)request.rows * row_form[request.set].bytes;
         void *to = calloc(bytes + 1, 1);
         ASSERT(to != NULL);
-        bool ok = read_request(&here, &request, event, to);
+        bool ok = read_request(&here, &request, event, ledger, to);
         if (hdf_child_send(fd, &said, sizeof said) && ok)
             hdf_child_send(fd, to, bytes);
         free(to);
     }
     H5Tclose(event);
+    H5Tclose(ledger);
 }
 
 // Returns a text of the file, "" if there is none.
@@ -570,6 +575,24 @@ bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
         event[i].kind[sizeof event[i].kind - 1] = '\0';
         event[i].text[sizeof event[i].text - 1] = '\0';
         event[i].time = isfinite(event[i].time) ? event[i].time : 0.0;
+    }
+    return true;
+}
+
+bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
+                             RecordingLedger *line, Status *status)
+{
+    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
+           first + rows <= reader->info.ledger);
+    if (!ask(reader, ROWS_LEDGER, "", first, rows, line, status))
+        return false;
+    for (int i = 0; i < rows; i++) {
+        line[i].body[sizeof line[i].body - 1] = '\0';
+        line[i].name[sizeof line[i].name - 1] = '\0';
+        line[i].by[sizeof line[i].by - 1] = '\0';
+        line[i].time = isfinite(line[i].time) ? line[i].time : 0.0;
+        for (int k = 0; k < RECORDING_LEDGER_VALUES; k++)
+            line[i].value[k] = isfinite(line[i].value[k]) ? line[i].value[k] : 0.0;
     }
     return true;
 }

@@ -82,5 +82,8 @@ bool recording_reader_tool(RecordingReader *reader, int tool, int64_t first, int
 // finite is 0.
 bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
                              RecordingEvent *event, Status *status);
+// The same of lines of the ledger; there are recording_reader_info()->ledger. Numbers are finite.
+bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
+                             RecordingLedger *line, Status *status);
 
 #endif

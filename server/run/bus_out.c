@@ -172,6 +172,7 @@ void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once)
 
 void bus_restart_streams(Bus *bus)
 {
+    bus->ledger_wanted = true;
     bus_restart_meshes(bus);
     for (int i = 0; i < sim_body_count(bus->sim); i++)
         bus->body[i].frame_wanted = true;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
-// contacts, replies, events, status), bus_points.c (positions in packets), bus_mesh.c (meshes and
-// rest positions), bus_claim.c (ownership of the prefix). Bus thread only.
+// contacts, replies, events, status), bus_points.c (positions in packets), bus_ledger.c (the
+// ledger), bus_mesh.c (meshes and rest positions), bus_claim.c (ownership of the prefix). Bus
+// thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
 #include "run/bus.h"
+#include "run/ledger.h"
 
 #include "pliant_mesh_delta_t.h"
 
@@ -23,6 +25,7 @@
     X(HELLO, hello_t, SERVER)                                                                      \
     X(STATUS, status_t, SERVER)                                                                    \
     X(CLAIM, claim_t, SERVER)                                                                      \
+    X(LEDGER, ledger_t, SERVER)                                                                    \
     X(CONTACT, contact_t, TOOL)                                                                    \
     X(NODES, nodes_t, BODY)                                                                        \
     X(VELOCITY, nodes_t, BODY)                                                                     \
@@ -189,6 +192,9 @@ struct Bus {
     MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes
     float *texture;                   // scratch of a chunk; NULL if no body has texture to publish
     const StatusOut *status;          // the newest taken, or NULL
+    const Ledger *ledger;             // likewise
+    bool ledger_wanted;               // again, for a client that asks
+    int64_t ledger_ns;                // when it was sent last
     int64_t own_status[OWN_STATUSES]; // utimes of our newest statuses
 
     BusCounts counts;
@@ -247,6 +253,9 @@ void bus_send_status(Bus *bus, bool fresh);
 void bus_report(Bus *bus, int64_t now_ns);
 // Publishes the status if it is new, if the last one is old, or if a claim requests it.
 void bus_report_status(Bus *bus, int64_t now_ns);
+
+// bus_ledger.c. Publishes the ledger if it is new, if a client asked, or once a second.
+void bus_report_ledger(Bus *bus, int64_t now_ns);
 
 // bus.c
 // Publishes a message of the kind's type on the channel of a body or tool, else 0, and counts it.

@@ -268,6 +268,9 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
     }
     // Events that the file gets, too.
     create_ring(&exchange->told, &world->arena, EXCHANGE_EVENTS, sizeof(EventOut), "told");
+    if (options->ledger > 0)
+        create_ring(&exchange->told_ledger, &world->arena, EXCHANGE_LEDGERS,
+                    round_up(options->ledger), "told_ledgers");
 }
 
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)
@@ -304,6 +307,8 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
         create_frames(exchange, i, sim_body(sim, i), arena);
     create_slot(&exchange->status, arena,
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
+    if (options->ledger > 0)
+        create_slot(&exchange->ledger, arena, round_up(options->ledger), "ledger");
     // Rings of requests and of the answers, contacts and events that go out.
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
     create_ring(&exchange->urgent, arena, EXCHANGE_URGENT, sizeof(Input), "urgent_requests");

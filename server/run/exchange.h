@@ -107,7 +107,8 @@ enum {
     EXCHANGE_CHECKPOINTS = 16, // requests that one checkpoint file answers
     EXCHANGE_FRAMES_LEAST = 8, // to be recorded
     EXCHANGE_FRAMES_MOST = 64,
-    EXCHANGE_MESHES = 16, // of one changing body, to be recorded
+    EXCHANGE_MESHES = 16,  // of one changing body, to be recorded
+    EXCHANGE_LEDGERS = 16, // to be recorded
 };
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
@@ -185,6 +186,7 @@ typedef struct Exchange {
     size_t *rest_at;   // [body_count] offset of its rest positions [bytes]; 0: never change. NULL:
                        // not published
     Slot status;       // of StatusOut
+    Slot ledger;       // of Ledger; no memory without bodies that can be cut
     Ring contact;      // of ContactOut; no memory without tools
     Ring answer;       // of Answer
     Ring event;        // of EventOut
@@ -207,7 +209,8 @@ typedef struct Exchange {
     int *recorded_topology; // [body_count] handed over last; step thread only
     atomic_llong recorded_lost; // frames dropped because their ring or the disk was full
     // bus -> files, only when recording
-    Ring told; // of EventOut: every event that was published
+    Ring told;        // of EventOut: every event that was published
+    Ring told_ledger; // of Ledger, likewise
     // files -> bus, only with a files thread that has answers or events to publish
     Ring written;     // of Answer
     Ring files_event; // of EventOut
@@ -232,6 +235,7 @@ typedef struct ExchangeOptions {
     bool records;
     double nodes_hz; // frames per second to be recorded
     double tools_hz; // tool samples per second to be recorded; 0: with the nodes
+    size_t ledger;   // bytes; 0: the run has none
 } ExchangeOptions;
 
 // Allocates everything from the world's arena, which frees it. Load time.

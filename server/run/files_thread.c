@@ -165,6 +165,12 @@ static void write_events(FilesThread *files)
         recorder_write_event(files->recorder, event);
         ring_pop(ring);
     }
+    const Ledger *ledger;
+    while (files->exchange->told_ledger.memory != NULL &&
+           (ledger = ring_peek(&files->exchange->told_ledger)) != NULL) {
+        recorder_write_ledger(files->recorder, ledger);
+        ring_pop(&files->exchange->told_ledger);
+    }
 }
 
 // Writes tool samples with a rate of their own; else they come with the frames.

@@ -8,6 +8,7 @@
 #include "io/recording.h"
 #include "run/exchange.h"
 #include "run/input_log.h"
+#include "run/ledger.h"
 #include "scene/build.h"
 #include "scene/scene.h"
 
@@ -80,7 +81,7 @@ void recorder_reserve(Recorder *recorder, World *world);
 // that has not been done.
 bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
                      Status *status);
-// Writes the mesh of the frames that follow, if it changed. This and the next four functions return
+// Writes the mesh of the frames that follow, if it changed. This and the next five functions return
 // false from the first failure on; recording_status names it.
 bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
 // Writes the meshes that were handed over before the frame.
@@ -89,6 +90,7 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 // Writes a row for each active tool; the frame may have no bodies.
 bool recorder_write_tools(Recorder *recorder, const RecordFrame *frame);
 bool recorder_write_event(Recorder *recorder, const EventOut *event);
+bool recorder_write_ledger(Recorder *recorder, const Ledger *ledger);
 // Sets the number of dropped frames that the file reports.
 void recorder_set_dropped(Recorder *recorder, int64_t frames);
 // Calls recording_close; does nothing without a recording.

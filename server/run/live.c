@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "run/files_thread.h"
+#include "run/ledger.h"
 #include "run/realtime.h"
 
 #include <errno.h>
@@ -267,7 +268,8 @@ Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
     live->world = world;
     live->scene = scene;
     live->options = options;
-    const ExchangeOptions exchange = live_exchange(scene, options);
+    ExchangeOptions exchange = live_exchange(scene, options);
+    exchange.ledger = ledger_bytes(world->sim, scene);
     // All memory that threads share, then what each needs for itself.
     exchange_create(&live->exchange, world, &exchange);
     live->bus = bus_reserve(world, scene, &live->exchange);

@@ -195,6 +195,16 @@ void loop_push_status(Loop *loop)
     loop->handed_over = true;
 }
 
+// Hands the ledger over if it changed; `now`: also if the last one is young.
+static void push_ledger(Loop *loop, bool now)
+{
+    if (!ledger_is_due(&loop->ledger, loop->sim, now))
+        return;
+    ledger_draw(slot_back(&loop->exchange->ledger), loop->sim, loop->scene);
+    slot_publish(&loop->exchange->ledger);
+    loop->handed_over = true;
+}
+
 static void report_grasps(Loop *loop)
 {
     GraspEvent event;
@@ -311,6 +321,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     if (tools_hz > 0.0 && loop_due(step, tools_hz, rate))
         record_tools(loop);
     report_grasps(loop);
+    push_ledger(loop, false);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     // Timings come last: they include the copying above.
@@ -336,6 +347,7 @@ static void run_steps(Loop *loop)
     }
     push_contacts(loop);
     push_frames(loop, true);
+    push_ledger(loop, true);
     loop_push_status(loop);
     requests_finish_step(loop);
     wake_bus(loop);
@@ -418,6 +430,7 @@ static void *loop_main(void *argument)
     // Publish the initial state, so that clients see it before the first tick.
     loop->window_start_ns = clock_now_ns();
     push_frames(loop, false);
+    push_ledger(loop, true);
     loop_push_status(loop);
     exchange_wake(loop->exchange->bus_fd);
     if (loop->governs && sim_steps(loop->sim) > 0)
@@ -441,6 +454,8 @@ static void *loop_main(void *argument)
             start_clock(loop); // requests of a pause, which have no limit, are no part of a tick
         else if (loop->state == RUN_RUNNING && !loop_is_over(loop))
             tick(loop, begin_ns);
+        if (loop->state != RUN_RUNNING)
+            push_ledger(loop, true);
         requests_checkpoint(loop);
         wake_bus(loop);
         loop_beat(loop);
@@ -452,6 +467,7 @@ static void *loop_main(void *argument)
         skip_missed(loop, clock_now_ns());
     requests_last_checkpoint(loop);
     loop->state = loop->state == RUN_RUNNING ? RUN_PAUSED : loop->state;
+    push_ledger(loop, true);
     loop_push_status(loop);
     exchange_wake(loop->exchange->bus_fd);
     exchange_wake(loop->done_fd);
@@ -474,6 +490,8 @@ void loop_init(Loop *loop, World *world, const Scene *scene, Exchange *exchange,
     loop->checkpoint_ticks = loop_ticks(options->checkpoint_s, scene->sim.rate_hz);
     loop->window_start_step = sim_steps(loop->sim);
     loop->recorded_step = loop->reset_step = -1;
+    if (exchange->ledger.memory != NULL)
+        loop->ledger = ledger_clock(loop->sim);
     // The governor has work only where a body adapts.
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;

@@ -10,6 +10,7 @@
 #include "sim/sim.h"
 #include "run/exchange.h"
 #include "run/governor.h"
+#include "run/ledger.h"
 #include "scene/scene.h"
 
 #include <pthread.h>
@@ -51,6 +52,7 @@ typedef struct Loop {
     int asked_count;
     int64_t try_ns;        // longest time that a body's try has taken
     int64_t recorded_step; // newest frame handed to the recording
+    LedgerClock ledger;
     Governor governor;
 
     // results, valid after loop_join (the windows only inside the thread)

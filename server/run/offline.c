@@ -25,6 +25,8 @@ typedef struct Offline {
     OutputClaim checkpoint;
     Recorder recorder;
     RecordFrame *frame; // to be recorded, or NULL
+    LedgerClock clock;
+    Ledger *ledger; // likewise
 } Offline;
 
 // Records an event that a live run would publish.
@@ -78,6 +80,17 @@ static bool claim_checkpoint(Offline *run)
     return path == NULL || checkpoint_claim(&run->checkpoint, path, run->world, run->status);
 }
 
+static bool record_ledger(Offline *run, bool now)
+{
+    if (run->ledger == NULL || !ledger_is_due(&run->clock, run->sim, now))
+        return true;
+    ledger_draw(run->ledger, run->sim, run->scene);
+    if (recorder_write_ledger(&run->recorder, run->ledger))
+        return true;
+    const Status *said = recording_status(run->recorder.recording);
+    return status_fail(run->status, said->code, "%s", said->text);
+}
+
 static bool open_recording(Offline *run)
 {
     if (run->options->record_path == NULL)
@@ -92,7 +105,10 @@ static bool open_recording(Offline *run)
                                     run->scene, run->status);
     free(describe);
     run->recorder.describe = NULL;
-    return ok;
+    run->clock = ledger_clock(run->sim);
+    if (ok && run->clock.on)
+        run->ledger = malloc(ledger_bytes(run->sim, run->scene));
+    return ok && record_ledger(run, true);
 }
 
 // Records the tools if they have a rate of their own.
@@ -125,6 +141,9 @@ static bool record(Offline *run)
 
 static bool close_recording(Offline *run)
 {
+    if (run->recorder.recording != NULL)
+        record_ledger(run, true);
+    free(run->ledger);
     run->result->recorded = run->recorder.frames;
     free(run->frame);
     Status result = {0};
@@ -164,6 +183,8 @@ static bool run_ticks(Offline *run)
         record_sim_events(run);
         histogram_add(&run->result->step, clock_now_ns() - begin_ns);
         record_grasps(run);
+        if (!record_ledger(run, false))
+            return false;
         run->result->ticks++;
         // Then the files, each at its own rate.
         if (loop_due(sim_steps(run->sim), run->scene->publish.nodes_hz, rate) && !record(run))

@@ -2,6 +2,7 @@
 // Makes a voxel body: its lattice, skin and initial state.
 #include "scene/build_parts.h"
 
+#include "base/check.h"
 #include "base/fnv.h"
 #include "base/log.h"
 #include "io/checkpoint.h"
@@ -130,6 +131,39 @@ static void warn_skin(const Scene *scene, const SceneBody *body, const Lattice *
                  scene->path, body->line, body->name, body->skin.file, mesh_frame(body->skin.file));
 }
 
+// The names of tissues and what the score watches, as the options of a body refer to them.
+typedef struct Watching {
+    char name[LATTICE_MATERIALS][SCENE_LABEL_MAX];
+    const char *tissue[LATTICE_MATERIALS];
+    WatchedRegion watch[SCENE_SCORE_REGIONS];
+} Watching;
+
+// Returns memory that the caller frees after the body is made; NULL: it needs none.
+static Watching *watch_regions(const Scene *scene, const SceneBody *described, VoxelOptions *voxel)
+{
+    const SceneScore *score = &scene->score;
+    if (!voxel->body.cuttable || described->model != MODEL_VOXEL)
+        return NULL;
+    Watching *watching = calloc(1, sizeof *watching);
+    ASSERT(watching != NULL);
+    scene_name_tissues(described, watching->name);
+    for (int m = 0; m < LATTICE_MATERIALS; m++)
+        watching->tissue[m] = watching->name[m][0] != '\0' ? watching->name[m] : described->name;
+    for (int r = 0; r < score->region_count; r++) {
+        const SceneRegion *from = &score->region[r];
+        WatchedRegion *to = &watching->watch[r];
+        to->region = from->region;
+        if (from->label[0] != '\0')
+            to->material = scene_find_tissue(described, from->label);
+        if (from->label[0] != '\0' && to->material == 0)
+            to->material = -1;
+    }
+    voxel->tissue = watching->tissue;
+    voxel->body.watch = watching->watch;
+    voxel->body.watch_count = score->region_count;
+    return watching;
+}
+
 bool build_voxel(World *world, const Scene *scene, int index, const Prepared *prepared,
                  const BuildOptions *options, Status *status)
 {
@@ -165,9 +199,11 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.field = field.value != NULL ? &field : NULL;
         voxel.tick = 1.0 / scene->sim.rate_hz;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
+        Watching *watching = watch_regions(scene, described, &voxel);
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
         warn_skin(scene, described, &lattice, &skin);
         ok = create_voxel(world, scene, described->model, &voxel, texture, status);
+        free(watching);
     }
     free(position);
     free(velocity);

@@ -123,7 +123,7 @@ static const Option SCENE_OPTIONS[] = {
     {"loads", OPTION_LIST, AT(loads), "", .feature = {.name = "loads of the scene"},
      .about = "Forces at given times: up to 64 groups."},
     {"score", OPTION_GROUP, AT(score), "", .preset_text = "none",
-     .about = "What the score sheet of a session judges by."},
+     .about = "What ledger and score sheet of a session judge by."},
 };
 #undef AT
 const OptionTable SCENE_TABLE =
@@ -338,7 +338,8 @@ static bool read_root(SceneReader *reader, const config_setting_t *root)
     return read_bodies(reader, raw.bodies) && read_tools(reader, raw.tools) &&
            read_attachments(reader, raw.attachments) && read_touches(reader, raw.touch) &&
            scene_join_bodies(reader, raw.attachments, raw.touch) && read_loads(reader, raw.loads) &&
-           scene_read_score_group(reader, raw.score, &scene->score);
+           scene_read_score_group(reader, raw.score, &scene->score) &&
+           scene_check_score(reader, raw.score, &scene->score);
 }
 
 bool scene_read(const char *path, Scene *scene, Status *status)

@@ -130,12 +130,21 @@ typedef struct SceneTouch {
     int line;             // of the group in the scene file, for later errors
 } SceneTouch;
 
-// What the score sheet of a session judges by. `name` need not be unique.
-enum { SCENE_SCORE_REGIONS = 16 };
+// What ledger and score sheet of a session judge by. `name` need not be unique.
+enum { SCENE_BODIES = 64, SCENE_SCORE_REGIONS = 16, SCENE_LABEL_MAX = 64 };
 typedef struct SceneRegion {
-    char name[SCENE_NAME_MAX];
-    FixedRegion region; // a box or a sphere
+    char name[SCENE_LABEL_MAX];
+    FixedRegion region;          // a box or a sphere
+    char label[SCENE_LABEL_MAX]; // or the tissue of a label, by name or number; "": none
+    double margin;               // that must stay between it and any cut [m]
+    bool keep;                   // it must not be touched
 } SceneRegion;
+
+// True if a region is tissue to be cut, not tissue to stay away from.
+static inline bool scene_region_is_goal(const SceneRegion *region)
+{
+    return region->label[0] == '\0' && region->margin == 0.0 && !region->keep;
+}
 
 typedef struct SceneScore {
     double force_limit; // [N]; 0: none
@@ -216,6 +225,12 @@ void scene_print_body_features(const World *world, const Scene *scene, int body,
 // the scene omits. Returns false if its model has no such key.
 enum { SCENE_VALUE_TEXT = 192 };
 bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALUE_TEXT]);
+
+// Names the tissues of a body of cells by its materials: labels by their names in the file, or
+// "label N"; "": that of the body. Reads the file's header.
+void scene_name_tissues(const SceneBody *body, char name[][SCENE_LABEL_MAX]);
+// Returns the material of a body that a region names by its label, from 1; 0: it has none such.
+int scene_find_tissue(const SceneBody *body, const char *label);
 
 // The line of a description (explain_describe) that has the group `score` begins so.
 #define SCENE_SCORE_LINE "score = "

@@ -8,7 +8,6 @@
 #include "scene/scene.h"
 
 enum {
-    SCENE_BODIES = 64,
     SCENE_TOOLS = 32,
     SCENE_ATTACHMENTS = 64,
     SCENE_TOUCHES = 64,
@@ -160,6 +159,9 @@ int scene_find_body(const SceneReader *reader, const config_setting_t *at, const
 bool scene_read_load(const SceneReader *reader, const config_setting_t *group, LoadOptions *load);
 bool scene_read_score_group(const SceneReader *reader, const config_setting_t *group,
                             SceneScore *score);
+// Checks the labels that its regions name, of bodies that were read.
+bool scene_check_score(const SceneReader *reader, const config_setting_t *group,
+                       const SceneScore *score);
 // Lists in scene->idle the keys that others make idle. Call last.
 void scene_find_idle(Scene *scene, const config_setting_t *root);
 

@@ -245,7 +245,8 @@ static const char *voxel_isa(const void *self)
     .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
-                .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades
+                .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
+                .account = cut_body_account
 
 // The pipeline has stages for operations that a body has.
 const BodyOps voxel_ops = {OPERATIONS};

@@ -27,6 +27,7 @@ typedef struct VoxelOptions {
     VoxelLaw law;
     int material_count;
     const SolidMaterial *material; // [material_count] by label - 1
+    const char *const *tissue;     // [material_count] their names, or NULL: that of the body
     double damping;                // beta as a multiple of the body's critical step dt0, or 0 and
     double damping_time;           // beta [s], of damping in proportion to the stiffness
     double drag;                   // on the vertices, per mass [1/s]

@@ -45,8 +45,9 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
     return true;
 }
 
-// Breaks faces {cell, axis}, met at the crossings (NULL: they tear), if the capacity is sufficient.
-static bool break_faces(VoxelCuts *cuts, Body *body, const int (*face)[2],
+// Breaks faces {cell, axis}, met at the crossings (NULL: in the middle), if the capacity is
+// sufficient.
+static bool break_faces(VoxelCuts *cuts, Body *body, AccountCause cause, const int (*face)[2],
                         const CutCrossing *crossing, int count, CutOutcome *outcome,
                         TopologyChange *change)
 {
@@ -55,6 +56,9 @@ static bool break_faces(VoxelCuts *cuts, Body *body, const int (*face)[2],
     const int before = cut_lattice_used(&cuts->lattice);
     cut_lattice_break(&cuts->lattice, face, count);
     const bool pieces_came = cut_pieces_follow(&cuts->pieces, face, count);
+    if (pieces_came)
+        cut_account_count(&cuts->account);
+    cut_account_break(&cuts->account, cause, face, crossing, count);
     const bool changed = cut_body_follow(cuts, body, false, pieces_came, change);
     outcome->verdict = CUT_DONE;
     outcome->separated = count;
@@ -77,8 +81,8 @@ bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, Topolo
         outcome->separated = 0;
         return false;
     }
-    return break_faces(cuts, body, (const int(*)[2])cuts->blades.hit, cuts->blades.crossing,
-                       cuts->blades.hit_count, outcome, change);
+    return break_faces(cuts, body, ACCOUNT_CUT, (const int(*)[2])cuts->blades.hit,
+                       cuts->blades.crossing, cuts->blades.hit_count, outcome, change);
 }
 
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
@@ -90,8 +94,8 @@ bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange 
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     if (!cut_tear_find(&cuts->tear, &pass) || !has_room(cuts, outcome, cuts->tear.hit_count))
         return false;
-    return break_faces(cuts, body, (const int(*)[2])cuts->tear.hit, NULL, cuts->tear.hit_count,
-                       outcome, change);
+    return break_faces(cuts, body, ACCOUNT_TEAR, (const int(*)[2])cuts->tear.hit, NULL,
+                       cuts->tear.hit_count, outcome, change);
 }
 
 bool cut_body_reconstruct(Body *body, TopologyChange *change)
@@ -123,6 +127,7 @@ static bool derive(VoxelCuts *cuts, Body *body)
     cut_masses_derive(&cuts->masses);
     cut_windows_restored(&cuts->windows);
     const bool pieces = cut_pieces_derive(&cuts->pieces);
+    cut_account_derive(&cuts->account);
     const bool faces = cut_faces_derive(&cuts->faces, body);
     if (cuts->fit != NULL)
         cut_fit_derive(cuts->fit, body);
@@ -171,6 +176,12 @@ void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec
     double *felt = cuts->tear.felt;
     for (int i = 0; i < count && felt != NULL; i++)
         felt[vertex[i]] = fmax(felt[vertex[i]], vec3_dot(impulse[i], impulse[i]) / (h * h));
+}
+
+const BodyAccount *cut_body_account(const void *self)
+{
+    const VoxelModel *model = self;
+    return &model->cuts->account.account;
 }
 
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)
@@ -393,6 +404,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);
     // Pieces first: faces publish them.
     cut_pieces_create(&cuts->pieces, &cuts->lattice, making, arena, state);
+    cut_account_create(&cuts->account, &cuts->pieces, making, cuts->masses.held, arena, state);
     cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
                       options->lattice->size, arena);
     if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
@@ -401,9 +413,10 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     if (options->field != NULL && !options->publish_all) {
         cuts->fit = ALLOCATE(ARENA_OUTPUT, 1, CutFit, "fit");
         cut_fit_create(cuts->fit, &cuts->faces, &cuts->lattice, making, body, arena, state);
-        cut_blades_want_crossings(&cuts->blades, cuts->name, arena);
         model->fitted = &cuts->fit->fitted;
     }
+    if (cuts->fit != NULL || options->body.watch_count > 0)
+        cut_blades_want_crossings(&cuts->blades, cuts->name, arena);
     cuts->tension = cut_tension_create(&cuts->faces, making, arena);
     cuts->tear.tension = cuts->tension;
     if (options->body.removable) {

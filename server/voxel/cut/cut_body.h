@@ -4,6 +4,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_BODY_H
 #define PLIANT_VOXEL_CUT_CUT_BODY_H
 
+#include "voxel/cut/cut_account.h"
 #include "voxel/cut/cut_blade.h"
 #include "voxel/cut/cut_faces.h"
 #include "voxel/cut/cut_fit.h"
@@ -22,6 +23,7 @@ typedef struct VoxelCuts {
     CutWindows windows;
     CutMasses masses;
     CutPieces pieces;
+    CutAccount account;
     CutFaces faces;
     CutBlades blades;
     CutTear tear;        // of bodies that tear
@@ -57,6 +59,7 @@ void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 // After the state list was restored: derives everything that follows from it.
 void cut_body_restored(VoxelCuts *cuts, Body *body);
+const BodyAccount *cut_body_account(const void *self);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
 // --- creation of what other bodies do not have; load time ---

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: MIT
+// Counts cells, in integers: what is attached, cut off and removed adds up exactly.
+#include "voxel/cut/cut_account.h"
+
+#include "base/check.h"
+#include "geometry/nearest.h"
+#include "voxel/model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------
+// Tissue
+
+// Finds the main piece: that with the most fixed corners, of several the largest, then the first.
+static int find_main(CutAccount *account)
+{
+    const CutPieces *pieces = account->pieces;
+    int *sum = account->sum, best = -1;
+    memset(sum, 0, (size_t)pieces->cell_count * sizeof *sum);
+    for (int c = 0; c < pieces->cell_count; c++)
+        sum[pieces->root[c]] += account->held[c];
+    for (int c = 0; c < pieces->cell_count; c++)
+        if (pieces->root[c] == c && (best < 0 || sum[c] > sum[best] ||
+                                     (sum[c] == sum[best] && pieces->size[c] > pieces->size[best])))
+            best = c;
+    return best;
+}
+
+// Writes the account from the counts.
+static void publish(CutAccount *account)
+{
+    const double cell = account->size * account->size * account->size;
+    for (int m = 0; m < account->account.tissue_count; m++) {
+        TissueAccount *to = &account->tissues[m];
+        to->at_load = (double)account->at_load[m] * cell;
+        to->attached = (double)account->attached[m] * cell;
+        to->cut_off = (double)(account->at_load[m] - account->attached[m]) * cell;
+    }
+    const double unit = account->size * account->size / CROSSING_UNIT;
+    account->account.cut = (double)account->section[ACCOUNT_CUT] * unit;
+    account->account.torn = (double)account->section[ACCOUNT_TEAR] * unit;
+    for (int r = 0; r < account->account.region_count; r++) {
+        const CutAccountRegion *from = &account->region[r];
+        account->regions[r] =
+            (RegionAccount){.distance = from->nearest > 0.0 ? (from->nearest - 1.0) * account->size
+                                                            : (double)INFINITY,
+                            .cause = (AccountCause)from->cause,
+                            .touched = from->touched != 0};
+    }
+    account->account.version++;
+}
+
+void cut_account_count(CutAccount *account)
+{
+    const CutPieces *pieces = account->pieces;
+    const int main_piece = find_main(account);
+    memset(account->attached, 0, (size_t)account->account.tissue_count * sizeof *account->attached);
+    for (int c = 0; c < pieces->cell_count; c++)
+        if (pieces->root[c] == main_piece)
+            account->attached[account->tissue[c]]++;
+    publish(account);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Regions
+
+static Vec3 world_of(const CutAccount *account, const double point[3])
+{
+    Vec3 x = account->origin;
+    for (int d = 0; d < 3; d++)
+        x = vec3_madd(x, point[d], account->along[d]);
+    return x;
+}
+
+// Returns how far a point is outside of a box or sphere [m]; 0 inside.
+static double outside(const FixedRegion *region, Vec3 x)
+{
+    if (region->kind == FIXED_SPHERE)
+        return fmax(0.0, vec3_length(vec3_sub(x, region->center)) - region->radius);
+    const Vec3 low = vec3_sub(region->low, x), high = vec3_sub(x, region->high);
+    const Vec3 gap = {fmax(0.0, fmax(low.x, high.x)), fmax(0.0, fmax(low.y, high.y)),
+                      fmax(0.0, fmax(low.z, high.z))};
+    return vec3_length(gap);
+}
+
+static double between(const CutLattice *lattice, const double point[3], int cell)
+{
+    const int *at = lattice->element[cell].cell;
+    double sum = 0.0;
+    for (int d = 0; d < 3; d++)
+        sum += (point[d] - at[d] - 0.5) * (point[d] - at[d] - 0.5);
+    return sqrt(sum);
+}
+
+// Returns how far a point of a link is from a region [cells]. The surface of cells is half a cell
+// from their centres, within half a cell wherever their tissue ends in truth.
+static double distance_of(const CutAccount *account, int r, const double point[3], int cell,
+                          int beyond, bool *touched)
+{
+    const int *nearest = account->nearest[r];
+    if (nearest == NULL) {
+        const double d = outside(&account->watch[r].region, world_of(account, point));
+        *touched = d == 0.0;
+        return d / account->size;
+    }
+    *touched = nearest[cell] == cell && nearest[beyond] == beyond;
+    if (*touched)
+        return 0.0;
+    const CutLattice *lattice = account->pieces->lattice;
+    return fmax(0.0, fmin(between(lattice, point, nearest[cell]),
+                          between(lattice, point, nearest[beyond])) -
+                         0.5);
+}
+
+static void note(CutAccountRegion *region, AccountCause cause, double distance, bool touched)
+{
+    region->touched |= touched;
+    if (region->nearest > 0.0 && distance + 1.0 >= region->nearest)
+        return;
+    region->nearest = distance + 1.0;
+    region->cause = cause;
+}
+
+static void approach(CutAccount *account, AccountCause cause, const int face[2], double along)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    const int cell = face[0], axis = face[1];
+    const int beyond = cut_lattice_beyond(lattice, cell, axis);
+    double point[3];
+    for (int d = 0; d < 3; d++)
+        point[d] = lattice->element[cell].cell[d] + 0.5 + (d == axis ? along : 0.0);
+    for (int r = 0; r < account->account.region_count; r++) {
+        bool touched;
+        if (account->watch[r].material < 0)
+            continue;
+        const double distance = distance_of(account, r, point, cell, beyond, &touched);
+        note(&account->region[r], cause, distance, touched);
+    }
+}
+
+void cut_account_break(CutAccount *account, AccountCause cause, const int (*face)[2],
+                       const CutCrossing *crossing, int count)
+{
+    for (int f = 0; f < count; f++) {
+        const CutCrossing *met = crossing != NULL ? &crossing[f] : NULL;
+        account->section[cause] += met != NULL ? abs(met->normal[face[f][1]]) : CROSSING_UNIT;
+        approach(account, cause, face[f], met != NULL ? (double)met->along / CROSSING_ALONG : 0.5);
+    }
+    publish(account);
+}
+
+void cut_account_derive(CutAccount *account)
+{
+    // From any file: numbers that no account has are as good as none.
+    for (int c = 0; c < ACCOUNT_CAUSES; c++)
+        if (account->section[c] < 0 || account->section[c] > INT64_MAX / 2)
+            account->section[c] = 0;
+    for (int r = 0; r < account->account.region_count; r++) {
+        CutAccountRegion *region = &account->region[r];
+        if (!(region->nearest >= 1.0 && isfinite(region->nearest)) ||
+            region->cause <= ACCOUNT_NOTHING || region->cause >= ACCOUNT_CAUSES)
+            *region = (CutAccountRegion){.nearest = 0.0};
+    }
+    cut_account_count(account);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Creation, at load
+
+static const char *keep_name(const char *tissue, const char *name, Arena *arena)
+{
+    const size_t size = strlen(tissue) + 1;
+    char *copy = ALLOCATE(ARENA_OUTPUT, size, char, "tissue");
+    memcpy(copy, tissue, size);
+    return copy;
+}
+
+static void create_tissues(CutAccount *account, const VoxelMaking *making, const char *name,
+                           Arena *arena)
+{
+    const VoxelOptions *options = making->options;
+    const CutPieces *pieces = account->pieces;
+    const int count = options->material_count;
+    account->at_load = ALLOCATE(ARENA_OUTPUT, count, int64_t, "cells by tissue");
+    account->attached = ALLOCATE(ARENA_OUTPUT, count, int64_t, "cells attached");
+    account->tissue = ALLOCATE(ARENA_OUTPUT, pieces->cell_count, unsigned char, "tissues");
+    for (int c = 0; c < pieces->cell_count; c++) {
+        account->tissue[c] = pieces->lattice->element[c].material;
+        account->at_load[account->tissue[c]]++;
+    }
+    account->tissues = ALLOCATE(ARENA_OUTPUT, count, TissueAccount, "tissue accounts");
+    for (int m = 0; m < count; m++) {
+        const char *tissue = options->tissue != NULL ? options->tissue[m] : name;
+        account->tissues[m] = (TissueAccount){.name = keep_name(tissue, name, arena),
+                                              .density = options->material[m].density};
+    }
+    account->account.tissue_count = count;
+    account->account.tissue = account->tissues;
+}
+
+// Counts the fixed corners of each cell.
+static void hold_cells(CutAccount *account, const unsigned char *held, const char *name,
+                       Arena *arena)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    const int *n = lattice->lattice_count, cells = account->pieces->cell_count;
+    account->held = ALLOCATE(ARENA_OUTPUT, cells, unsigned char, "fixed corners");
+    for (int c = 0; c < cells; c++)
+        for (int corner = 0; corner < 8; corner++) {
+            const int *at = lattice->element[c].cell;
+            const long point =
+                ((long)(at[2] + (corner >> 2)) * (n[1] + 1) + at[1] + (corner >> 1 & 1)) *
+                    (n[0] + 1) +
+                at[0] + (corner & 1);
+            // Seen from the point, the cell is in the opposite slot.
+            account->held[c] += held[point] >> (7 - corner) & 1;
+        }
+}
+
+// Finds for each cell the nearest one of a material.
+static void find_nearest(const CutAccount *account, int material, int *to)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    const int *n = lattice->count, *cell = lattice->lut[0];
+    const size_t blocks = (size_t)n[0] * (size_t)n[1] * (size_t)n[2];
+    bool *marked = malloc(blocks * sizeof *marked);
+    int *nearest = malloc(blocks * sizeof *nearest);
+    ASSERT(marked != NULL && nearest != NULL);
+    for (size_t b = 0; b < blocks; b++)
+        marked[b] = cell[b] >= 0 && account->tissue[cell[b]] == material;
+    nearest_marked(n, marked, nearest);
+    for (size_t b = 0; b < blocks; b++)
+        if (cell[b] >= 0)
+            to[cell[b]] = cell[nearest[b]];
+    free(marked);
+    free(nearest);
+}
+
+static void create_regions(CutAccount *account, const VoxelMaking *making, const char *name,
+                           Arena *arena, StateList *state)
+{
+    const BodyOptions *options = &making->options->body;
+    const int count = options->watch_count, cells = account->pieces->cell_count;
+    if (count == 0)
+        return;
+    WatchedRegion *watch = ALLOCATE(ARENA_OUTPUT, count, WatchedRegion, "regions");
+    account->nearest = ALLOCATE(ARENA_OUTPUT, count, int *, "nearest cells by region");
+    for (int r = 0; r < count; r++) {
+        watch[r] = options->watch[r];
+        const int material = watch[r].material - 1;
+        if (material < 0)
+            continue;
+        if (material >= account->account.tissue_count || account->at_load[material] == 0) {
+            watch[r].material = -1;
+            continue;
+        }
+        account->nearest[r] = ALLOCATE(ARENA_OUTPUT, cells, int, "nearest cells of a region");
+        find_nearest(account, material, account->nearest[r]);
+    }
+    account->watch = watch;
+    account->region = ALLOCATE(ARENA_OUTPUT, count, CutAccountRegion, "distances");
+    account->regions = ALLOCATE(ARENA_OUTPUT, count, RegionAccount, "region accounts");
+    account->account.region_count = count;
+    account->account.region = account->regions;
+    state_add_shown(state, account->region, (size_t)count * sizeof *account->region, "%s/distances",
+                    name);
+}
+
+void cut_account_create(CutAccount *account, const CutPieces *pieces, const VoxelMaking *making,
+                        const unsigned char *held, Arena *arena, StateList *state)
+{
+    const char *name = making->options->body.name;
+    const Lattice *lattice = making->options->lattice;
+    *account = (CutAccount){.pieces = pieces, .size = lattice->size};
+    account->origin = lattice_point(lattice, 0.0, 0.0, 0.0);
+    for (int d = 0; d < 3; d++)
+        account->along[d] =
+            vec3_sub(lattice_point(lattice, d == 0, d == 1, d == 2), account->origin);
+    create_tissues(account, making, name, arena);
+    hold_cells(account, held, name, arena);
+    account->sum = ALLOCATE(ARENA_OUTPUT, pieces->cell_count, int, "fixed corners of pieces");
+    account->section = ALLOCATE(ARENA_OUTPUT, ACCOUNT_CAUSES, int64_t, "sections");
+    state_add_shown(state, account->section, ACCOUNT_CAUSES * sizeof *account->section,
+                    "%s/sections", name);
+    create_regions(account, making, name, arena, state);
+    cut_account_count(account);
+}

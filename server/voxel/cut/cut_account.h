@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// What became of the tissue of a body that can be cut: cells attached, cut off and removed by
+// material, areas of sections, and how near to watched regions anything was cut (README.md,
+// "Account"). Step thread.
+#ifndef PLIANT_VOXEL_CUT_CUT_ACCOUNT_H
+#define PLIANT_VOXEL_CUT_CUT_ACCOUNT_H
+
+#include "body/remove.h"
+#include "voxel/cut/cut_cross.h"
+#include "voxel/cut/cut_pieces.h"
+
+// Part of the state, but the motion does not depend on it.
+typedef struct CutAccountRegion {
+    double nearest; // 0: nothing yet, else 1 + its distance [cells]
+    int64_t cause;  // AccountCause
+    int64_t touched;
+} CutAccountRegion;
+
+typedef struct CutAccount {
+    // --- constant ---
+    const CutPieces *pieces;
+    double size;           // of a cell [m]
+    unsigned char *tissue; // [cell] its material
+    unsigned char *held;   // [cell] corners that are fixed
+    int64_t *at_load;      // [material] cells
+    const WatchedRegion *watch;
+    int **nearest; // [region][cell] nearest cell of the region; NULL: it is a box or a sphere
+    Vec3 origin, along[3]; // of the lattice: world frame [m], and its axes, a cell long
+
+    // --- part of the state ---
+    int64_t *section;         // [ACCOUNT_CAUSES] sums of broken faces on the sheet of the blade:
+                              // each the normal's share along the face's, times CROSSING_UNIT
+    CutAccountRegion *region; // [account.region_count]
+
+    // --- follows from the pieces ---
+    int64_t *attached; // [material] cells of the main piece
+    int *sum;          // scratch: [cell] by its smallest cell, what a piece has of what is fixed
+
+    // --- the account ---
+    BodyAccount account;
+    TissueAccount *tissues; // account.tissue
+    RegionAccount *regions; // account.region
+} CutAccount;
+
+// Load time. `held` as of CutMasses.
+void cut_account_create(CutAccount *account, const CutPieces *pieces, const VoxelMaking *making,
+                        const unsigned char *held, Arena *arena, StateList *state);
+// After faces {cell, axis} were broken, met at the crossings (NULL: in the middle).
+void cut_account_break(CutAccount *account, AccountCause cause, const int (*face)[2],
+                       const CutCrossing *crossing, int count);
+// After pieces came: counts the main one again.
+void cut_account_count(CutAccount *account);
+// After the state was replaced.
+void cut_account_derive(CutAccount *account);
+
+#endif
