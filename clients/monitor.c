@@ -14,7 +14,7 @@ enum { MONITOR_PATIENCE_S = 3 }; // limit for a daemon's first status
 
 typedef struct Options {
     PliantOptions client;
-    bool once, list;
+    bool once, list, ledger;
     double duration; // [s]; 0: until a signal
     const char *body, *write, *shape, *peak;
 } Options;
@@ -42,6 +42,9 @@ static const ArgumentRow ROWS[] = {
      .help =
          "list the servers on the network (prefix, scene, state, rate) that are heard within 3 s, "
          "or --duration, and exit (status 1 if none is)"},
+    {"ledger", 0, ARGUMENT_FLAG, NULL, AT(ledger),
+     .help = "print what became of the tissue of bodies that can be cut, and exit (status 1 if no "
+             "ledger arrives within 3 s)"},
     {"duration", 'd', ARGUMENT_NUMBER, "S", AT(duration), 0.01, 1e7,
      .help = "exit after S seconds"},
     {"nodes", 'n', ARGUMENT_NAME, "BODY", AT(body), .help = "record this body, with:"},
@@ -60,6 +63,9 @@ static bool check(void *target, Status *why)
     const Options *options = target;
     if (options->list && (options->once || options->body))
         return status_fail(why, STATUS_INVALID, "--list goes with neither --once nor --nodes");
+    if (options->ledger && (options->list || options->once || options->body))
+        return status_fail(why, STATUS_INVALID,
+                           "--ledger goes with none of --once, --list and --nodes");
     return !options->body == !(options->write || options->shape || options->peak) ||
            status_fail(why, STATUS_INVALID,
                        "--nodes BODY goes with --write, --shape or --peak, and they with it");
@@ -161,6 +167,15 @@ static bool watch_once(Monitor *monitor, PliantError *error)
     return true;
 }
 
+static bool print_ledger(Monitor *monitor, PliantError *error)
+{
+    const PliantLedger *ledger = pliant_wait_ledger(monitor->client, MONITOR_PATIENCE_S);
+    if (!ledger)
+        return client_fails(monitor, error);
+    view_print_ledger(ledger, stdout);
+    return true;
+}
+
 static bool watch(Monitor *monitor, PliantError *error)
 {
     const Options *options = &monitor->options;
@@ -246,6 +261,8 @@ static bool run(Monitor *monitor, PliantError *error)
         pliant_only_listen(monitor->client);
     if (!pliant_hear_bodies(monitor->client, monitor->options.body != NULL))
         return client_fails(monitor, error);
+    if (monitor->options.ledger)
+        return print_ledger(monitor, error);
     if (!open_curve(monitor, error))
         return false;
     bool ok = monitor->options.once ? watch_once(monitor, error) : watch(monitor, error);

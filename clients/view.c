@@ -87,6 +87,57 @@ static void print_bodies(const PliantStatus *s, FILE *out)
     }
 }
 
+// Prints an amount of tissue, in cm3 with grams, of walls cm2.
+static void print_amount(const char *what, double amount, double density, bool solid, FILE *out)
+{
+    fprintf(out, "  %s %.3f %s", what, amount * (solid ? 1e6 : 1e4), solid ? "cm3" : "cm2");
+    fprintf(out, " (%.3f g)", 1e3 * amount * density);
+}
+
+static void print_region(const PliantRegion *r, FILE *out)
+{
+    fputs("  region ", out);
+    program_print_text(out, r->name, false);
+    if (r->distance < 0.0) {
+        fputs(": nothing was cut or removed", out);
+    } else {
+        fprintf(out, ": %.2f mm from the nearest ", 1e3 * r->distance);
+        program_print_text(out, r->by, false);
+    }
+    if (r->margin > 0.0)
+        fprintf(out, ", margin %.2f mm %s", 1e3 * r->margin,
+                r->distance >= 0.0 && r->distance < r->margin ? "NOT kept" : "kept");
+    if (r->keep || r->touched)
+        fprintf(out, ", %s", r->touched ? "TOUCHED" : "untouched");
+    fputc('\n', out);
+}
+
+void view_print_ledger(const PliantLedger *ledger, FILE *out)
+{
+    fprintf(out, "\nledger of tick %lld\n", (long long)ledger->step);
+    for (int b = 0; b < ledger->body_count; b++) {
+        const PliantSections *body = &ledger->body[b];
+        fputs("  body ", out);
+        program_print_text(out, body->body, false);
+        fprintf(out, "  cut %.1f mm2  torn %.1f mm2\n", 1e6 * body->cut, 1e6 * body->torn);
+        for (int k = 0; k < ledger->tissue_count; k++) {
+            const PliantTissue *t = &ledger->tissue[k];
+            if (strcmp(t->body, body->body) != 0)
+                continue;
+            fputs("    ", out);
+            program_print_text(out, t->name, false);
+            print_amount("at load", t->at_load, t->density, body->solid, out);
+            print_amount("attached", t->attached, t->density, body->solid, out);
+            print_amount("cut off", t->cut_off, t->density, body->solid, out);
+            print_amount("removed", t->removed, t->density, body->solid, out);
+            print_amount("coagulated", t->coagulated, t->density, body->solid, out);
+            fputc('\n', out);
+        }
+    }
+    for (int r = 0; r < ledger->region_count; r++)
+        print_region(&ledger->region[r], out);
+}
+
 static double force_of(const PliantContact *c)
 {
     return sqrt(c->force[0] * c->force[0] + c->force[1] * c->force[1] + c->force[2] * c->force[2]);
@@ -128,6 +179,8 @@ void view_print(const View *view, const PliantClient *client, FILE *out)
         print_timing(view, status, out);
         print_bodies(status, out);
     }
+    if (pliant_ledger(client))
+        view_print_ledger(pliant_ledger(client), out);
     print_tools(client, out);
     int64_t first = view->events > VIEW_EVENTS ? view->events - VIEW_EVENTS : 0;
     for (int64_t k = first; k < view->events; k++) {

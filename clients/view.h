@@ -24,6 +24,8 @@ void view_take_event(View *view, const PliantEvent *event);
 void view_print(const View *view, const PliantClient *client, FILE *out);
 // Prints one line on the last status, which is there.
 void view_print_line(const View *view, const PliantClient *client, FILE *out);
+// Prints the ledger in lines of a body, a tissue and a region each.
+void view_print_ledger(const PliantLedger *ledger, FILE *out);
 void view_print_last_event(const View *view, FILE *out);
 
 #endif

@@ -185,6 +185,7 @@ void kit_forget(PliantClient *kit)
         pliant_event_t_destroy(kit->taken);
     kit->taken = NULL;
     forget_status(kit);
+    kit_forget_ledger(kit);
 }
 
 static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
@@ -203,6 +204,12 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *ki
 {
     (void)channel;
     kit_take_event(kit, buffer->data, buffer->data_size);
+}
+
+static void on_ledger(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
+{
+    (void)channel;
+    kit_take_ledger(kit, buffer->data, buffer->data_size);
 }
 
 // --- connection ----------------------------------------------------------------------------------
@@ -230,6 +237,7 @@ static bool connect(PliantClient *kit, const PliantOptions *options)
     return (client_subscribe(&kit->client, "CONTACT", NULL, 1000, on_contact, kit) &&
             client_subscribe(&kit->client, "STATUS", NULL, 4, on_status, kit) &&
             client_subscribe(&kit->client, "EVENT", NULL, 64, on_event, kit) &&
+            client_subscribe(&kit->client, "LEDGER", NULL, 4, on_ledger, kit) &&
             pliant_hear_bodies(kit, true)) ||
            client_fail(&kit->error, "LCM refuses to subscribe to %s_*", kit->client.prefix);
 }

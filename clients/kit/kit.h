@@ -11,6 +11,7 @@
 
 #include "pliant_cut_t.h"
 #include "pliant_event_t.h"
+#include "pliant_ledger_t.h"
 #include "pliant_status_t.h"
 
 #include <stdatomic.h>
@@ -89,6 +90,9 @@ struct PliantClient {
     PliantStatus status;
     PliantBodyStatus *body_status; // [status.body_count]
     int64_t statuses;
+    pliant_ledger_t *ledger_message; // NULL: none
+    PliantLedger ledger;
+    int64_t ledgers;
     pliant_event_t *event[KIT_EVENTS]; // a ring
     unsigned event_first, event_end;
     pliant_event_t *taken; // behind the event that was handed out
@@ -124,8 +128,10 @@ const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh);
 void kit_take_contact(PliantClient *kit, const void *data, size_t size);
 void kit_take_status(PliantClient *kit, const void *data, size_t size);
 void kit_take_event(PliantClient *kit, const void *data, size_t size);
+void kit_take_ledger(PliantClient *kit, const void *data, size_t size);
 // Frees what they have kept.
 void kit_forget(PliantClient *kit);
+void kit_forget_ledger(PliantClient *kit);
 
 void kit_bodies_destroy(PliantClient *kit);
 // Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.

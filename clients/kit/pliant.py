@@ -92,6 +92,26 @@ class _Status(ctypes.Structure):
                 ("reason_count", c_int32), ("reason", POINTER(c_char_p)), ("times", POINTER(c_int64))]
 
 
+class _Tissue(ctypes.Structure):
+    _fields_ = [("body", c_char_p), ("name", c_char_p), ("density", c_double), ("at_load", c_double),
+                ("attached", c_double), ("cut_off", c_double), ("removed", c_double), ("coagulated", c_double)]
+
+
+class _Sections(ctypes.Structure):
+    _fields_ = [("body", c_char_p), ("solid", c_bool), ("cut", c_double), ("torn", c_double)]
+
+
+class _Region(ctypes.Structure):
+    _fields_ = [("name", c_char_p), ("keep", c_bool), ("touched", c_bool), ("margin", c_double),
+                ("distance", c_double), ("body", c_char_p), ("by", c_char_p)]
+
+
+class _Ledger(ctypes.Structure):
+    _fields_ = [("step", c_int64), ("time", c_double), ("received", c_double), ("body_count", c_int32),
+                ("tissue_count", c_int32), ("region_count", c_int32), ("body", POINTER(_Sections)),
+                ("tissue", POINTER(_Tissue)), ("region", POINTER(_Region))]
+
+
 class _ToolRow(ctypes.Structure):
     _fields_ = [("time", c_double), ("position", _Vector), ("orientation", c_double * 4), ("force", _Vector)]
 
@@ -136,6 +156,8 @@ _tie_change = _declare(c_bool, "tie_change", c_void_p, c_int32, POINTER(_Tie))
 _tie_release = _declare(c_bool, "tie_release", c_void_p, c_int32)
 _status = _declare(POINTER(_Status), "status", c_void_p)
 _wait_status = _declare(POINTER(_Status), "wait_status", c_void_p, c_double)
+_ledger = _declare(POINTER(_Ledger), "ledger", c_void_p)
+_wait_ledger = _declare(POINTER(_Ledger), "wait_ledger", c_void_p, c_double)
 _stop = _declare(None, "stop", c_void_p)
 _wait_next = _declare(c_int, "wait_next", c_void_p, c_double)
 _wait_server = _declare(c_bool, "wait_server", c_void_p, c_double)
@@ -193,6 +215,10 @@ Answer = _record("Answer", _Answer)
 Server = _record("Server", _Server)
 Event = _record("Event", _Event)
 ToolRow = _record("ToolRow", _ToolRow)
+Tissue = _record("Tissue", _Tissue)
+Sections = _record("Sections", _Sections)
+Region = _record("Region", _Region)
+Ledger = collections.namedtuple("Ledger", ["step", "time", "received", "bodies", "tissues", "regions"])
 
 
 def _take(record, pointer):
@@ -206,6 +232,14 @@ def _take_status(pointer):
                   {_plain(status.stage[k]): status.stage_us[k] for k in range(status.stage_count)},
                   [_take(BodyStatus, ctypes.pointer(status.body[k])) for k in range(status.body_count)],
                   {_plain(status.reason[k]): status.times[k] for k in range(status.reason_count)})
+
+
+def _take_ledger(pointer):
+    ledger = pointer[0]
+    return Ledger(ledger.step, ledger.time, ledger.received,
+                  [_take(Sections, ctypes.pointer(ledger.body[k])) for k in range(ledger.body_count)],
+                  [_take(Tissue, ctypes.pointer(ledger.tissue[k])) for k in range(ledger.tissue_count)],
+                  [_take(Region, ctypes.pointer(ledger.region[k])) for k in range(ledger.region_count)])
 
 
 def _text(text):
@@ -520,6 +554,16 @@ class Client(_Opened):
     def wait_status(self, seconds=10.0):
         """The next status."""
         return _take_status(self._check(_wait_status(self._handle, seconds)))
+
+    @property
+    def ledger(self):
+        """What became of the tissue, by the server's newest ledger, or None."""
+        pointer = _ledger(self._handle)
+        return _take_ledger(pointer) if pointer else None
+
+    def wait_ledger(self, seconds=10.0):
+        """The next ledger."""
+        return _take_ledger(self._check(_wait_ledger(self._handle, seconds)))
 
     def events(self):
         """Takes the events that have come."""

@@ -375,6 +375,50 @@ PLIANT_API const PliantStatus *pliant_wait_status(PliantClient *client, double s
 // Takes the oldest event of the last 256 that were not taken; NULL: there is none.
 PLIANT_API const PliantEvent *pliant_next_event(PliantClient *client);
 
+// --- the ledger: what became of the tissue ---
+
+// One tissue: a label of a body, or all of it. Amounts at rest: [m3] of solids, [m2] of walls;
+// times `density` masses. at_load = attached + cut_off + removed.
+typedef struct PliantTissue {
+    const char *body, *name;
+    double density; // [kg/m3], of walls [kg/m2]
+    double at_load;
+    double attached;   // in the main piece: that with the most of what is fixed, else the largest
+    double cut_off;    // in all other pieces
+    double removed;    // taken away
+    double coagulated; // of what is present
+} PliantTissue;
+
+typedef struct PliantSections {
+    const char *body;
+    bool solid;       // amounts of its tissues are [m3], else [m2]
+    double cut, torn; // areas at rest [m2]
+} PliantSections;
+
+// A region of the scene's score.
+typedef struct PliantRegion {
+    const char *name;
+    bool keep, touched;    // it is not to be touched; something inside was cut or removed
+    double margin;         // asked for [m]; 0: none
+    double distance;       // shortest one to what was cut or removed [m]; -1: nothing was
+    const char *body, *by; // where that is, and what did it: "cut", "tear", "removal"; ""
+} PliantRegion;
+
+typedef struct PliantLedger {
+    int64_t step;    // ticks completed when it was drawn up; nothing has changed since
+    double time;     // simulated [s]
+    double received; // on the clock of pliant_now [s]
+    int32_t body_count, tissue_count, region_count;
+    const PliantSections *body; // [body_count]
+    const PliantTissue *tissue; // [tissue_count] body by body
+    const PliantRegion *region; // [region_count] in the order of the scene
+} PliantLedger;
+
+// Returns the server's newest ledger, or NULL: only scenes with a body that can be cut have one.
+PLIANT_API const PliantLedger *pliant_ledger(const PliantClient *client);
+// Waits for the next one. Returns NULL after `seconds`, or if the connection breaks.
+PLIANT_API const PliantLedger *pliant_wait_ledger(PliantClient *client, double seconds);
+
 // --- servers on a network ---
 
 typedef struct PliantServer {

@@ -187,7 +187,7 @@ static void create_tissues(CutAccount *account, const VoxelMaking *making, const
     account->attached = ALLOCATE(ARENA_OUTPUT, count, int64_t, "cells attached");
     account->tissue = ALLOCATE(ARENA_OUTPUT, pieces->cell_count, unsigned char, "tissues");
     for (int c = 0; c < pieces->cell_count; c++) {
-        account->tissue[c] = pieces->lattice->element[c].material;
+        account->tissue[c] = (unsigned char)(pieces->lattice->element[c].material - 1);
         account->at_load[account->tissue[c]]++;
     }
     account->tissues = ALLOCATE(ARENA_OUTPUT, count, TissueAccount, "tissue accounts");
