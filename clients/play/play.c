@@ -11,6 +11,7 @@
 
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
+#include "ledger_lines.h"
 #include "pliant_event_t.h"
 #include "pliant_lcmtypes.h"
 #include "pliant_load_t.h"
@@ -152,7 +153,8 @@ typedef struct Play {
     double rate_hz;
     float *force; // [tools][force_parts]
     int force_parts;
-    uint32_t status_sequence, playback_sequence, event_sequence;
+    uint32_t status_sequence, playback_sequence, event_sequence, ledger_sequence;
+    int ledger; // that was published last
     int64_t status_ns, playback_ns, whole_ns, tools_ns, frame_ns;
 } Play;
 
@@ -523,6 +525,27 @@ static void publish_status(Play *play)
     publish_hello(play);
 }
 
+// Publishes the ledger of what is shown if it is another one than before, or `again`.
+static bool publish_ledger(Play *play, bool again, Status *status)
+{
+    RecordingLedger line[LEDGER_LINES];
+    LedgerParts parts;
+    int count;
+    const int number = timeline_find_ledger(play->timeline, play->shown);
+    if (number == 0 || (number == play->ledger && !again))
+        return true;
+    if (!timeline_ledger(play->timeline, number, line, &count, status))
+        return false;
+    char channel[CLIENT_CHANNEL_MAX];
+    pliant_ledger_t message = ledger_message(line, count, &parts);
+    message.utime = client_utime();
+    message.sequence = (int32_t)++play->ledger_sequence;
+    client_channel(&play->client, "LEDGER", NULL, channel);
+    pliant_ledger_t_publish(play->client.lcm, channel, &message);
+    play->ledger = number;
+    return true;
+}
+
 static void publish_playback(Play *play, bool whole)
 {
     char channel[CLIENT_CHANNEL_MAX], text[MARKS][MARK_TEXT];
@@ -623,7 +646,10 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
         play->status_ns = play->playback_ns = 0;
     if (is_due(&play->status_ns, now_ns, STATUS_MS))
         publish_status(play);
-    if (is_due(&play->whole_ns, now_ns, WHOLE_MS)) {
+    const bool whole = is_due(&play->whole_ns, now_ns, WHOLE_MS);
+    if (!publish_ledger(play, whole, status))
+        return false;
+    if (whole) {
         sender_repeat(&play->sender, false);
         publish_playback(play, true);
         play->playback_ns = now_ns + PLAYBACK_MS * MILLISECOND_NS;

@@ -107,7 +107,7 @@ typedef struct ScoreFixed {
 
 // What a session is judged by.
 typedef struct ScoreRules {
-    SceneScore scene; // the scene's group `score`
+    SceneScore scene; // the scene's group `score`, of its regions those that are to be cut
     int fixed_count;  // bodies
     ScoreFixed *fixed;
 } ScoreRules;
@@ -147,15 +147,17 @@ typedef struct Score {
     int64_t missing;        // frames lost or dropped, of all bodies
     double first_s, last_s; // simulated time
     int tool_count, body_count, cut_count;
-    ScoreTool *tool; // [tool_count]
-    ScoreBody *body; // [body_count]
-    ScoreCut *cut;   // [cut_count], by time
+    ScoreTool *tool;         // [tool_count]
+    ScoreBody *body;         // [body_count]
+    ScoreCut *cut;           // [cut_count], by time
+    int ledger_count;        // lines; 0: no body can be cut, or an older recording
+    RecordingLedger *ledger; // the last one
     int64_t events;
 } Score;
 
 // Scores a session. `scene`: the file of a scene that names limit and regions, or NULL: the one
 // recorded. Returns false with `status`.
-bool score_read(const Timeline *timeline, const char *scene, Score *score, Status *status);
+bool score_read(Timeline *timeline, const char *scene, Score *score, Status *status);
 void score_destroy(Score *score);
 
 // Write the sheet: JSON, CSV and a page to print.

@@ -24,7 +24,7 @@ static const char STYLE[] =
     "figcaption{font-size:9pt}.views{display:flex;gap:4mm}.views svg{width:32%}"
     "text{font:9px sans-serif;fill:#333}.views text{font-size:12px}";
 
-static void put(const char *text, FILE *out)
+void score_put_html(const char *text, FILE *out)
 {
     for (; *text != '\0'; text++) {
         const unsigned char c = (unsigned char)*text;
@@ -206,7 +206,7 @@ static void put_body(const ScoreBody *body, bool regions, FILE *out)
 {
     const bool solid = body->solid;
     fputs("<tr><td>", out);
-    put(body->name, out);
+    score_put_html(body->name, out);
     fputs("</td>", out);
     put_cell(shown(body->inside + body->outside, solid, false), out);
     put_cell(regions ? shown(body->inside, solid, false) : SCORE_UNKNOWN, out);
@@ -250,9 +250,9 @@ static void put_tissue(const Score *score, FILE *out)
         fprintf(out, "<tr><td>%d</td>", i + 1);
         put_cell(cut->time_s, out);
         fputs("<td>", out);
-        put(cut->kind[0] != '\0' ? cut->kind : "none", out);
+        score_put_html(cut->kind[0] != '\0' ? cut->kind : "none", out);
         fputs("</td><td>", out);
-        put(cut->body, out);
+        score_put_html(cut->body, out);
         fputs("</td>", out);
         put_cell(shown(cut->inside + cut->outside, cut->solid, false), out);
         put_cell(regions ? shown(cut->inside, cut->solid, false) : SCORE_UNKNOWN, out);
@@ -273,7 +273,7 @@ static void put_regions(const ScoreRules *rules, FILE *out)
         const FixedRegion *region = &rules->scene.region[i].region;
         const Vec3 a = region->low, b = region->high, c = region->center;
         fputs(i > 0 ? "; " : " Regions: ", out);
-        put(rules->scene.region[i].name, out);
+        score_put_html(rules->scene.region[i].name, out);
         if (region->kind == FIXED_BOX)
             fprintf(out, " (box from %.4g, %.4g, %.4g to %.4g, %.4g, %.4g m)", a.x, a.y, a.z, b.x,
                     b.y, b.z);
@@ -287,11 +287,11 @@ static void put_regions(const ScoreRules *rules, FILE *out)
 static void put_head(const Score *score, FILE *out)
 {
     fputs("<h1>Score sheet: ", out);
-    put(score->scene[0] != '\0' ? score->scene : "a session", out);
+    score_put_html(score->scene[0] != '\0' ? score->scene : "a session", out);
     fprintf(out, "</h1>\n<p>%.4g s of simulated time, from %.6g to %.6g s; %d %s, written by ",
             score->last_s - score->first_s, score->first_s, score->last_s, score->part_count,
             score->part_count == 1 ? "recording" : "recordings");
-    put(score->created_by, out);
+    score_put_html(score->created_by, out);
     fputs(".</p>\n", out);
     if (!score->ended)
         fputs("<p class=\"warn\">The recording was not ended: the session may have gone on.</p>\n",
@@ -317,6 +317,7 @@ void score_write_page(const Score *score, FILE *out)
     put_tools(score, out);
     put_pictures(score, out);
     put_tissue(score, out);
+    score_ledger_page(score, out);
     fputs("<p class=\"note\">Every measure is defined in clients/play/SCORE.md of Pliant.</p>\n"
           "</body></html>\n",
           out);

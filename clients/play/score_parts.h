@@ -34,6 +34,18 @@ double score_value(const ScoreTool *tool, const ScoreMeasure *measure);
 const char *score_cut_unit(bool solid);
 const char *score_size_unit(bool solid);
 
+// Write a text in quotation marks for JSON, and one for HTML.
+void score_put_text(const char *text, FILE *out);
+void score_put_html(const char *text, FILE *out);
+
+// score_ledger.c. Reads the last ledger of the session, if it has one; writes it to the files: of
+// JSON a member, of CSV rows, of the page a chapter; prints it.
+bool score_read_ledger(Timeline *timeline, Score *score, Status *status);
+void score_ledger_json(const Score *score, FILE *out);
+void score_ledger_csv(const Score *score, FILE *out);
+void score_ledger_page(const Score *score, FILE *out);
+void score_ledger_print(const Score *score, FILE *out);
+
 // Returns zeroed memory, of one more than `count`; aborts without it.
 void *score_allocate(int64_t count, size_t size);
 

@@ -345,12 +345,12 @@ static void read_parts(const Timeline *timeline, Score *score)
     }
 }
 
-bool score_read(const Timeline *timeline, const char *scene, Score *score, Status *status)
+bool score_read(Timeline *timeline, const char *scene, Score *score, Status *status)
 {
     *score = (Score){.part_count = 0};
     read_parts(timeline, score);
     if (read_rules(timeline, scene, score, status) && read_tools(timeline, score, status) &&
-        read_bodies(timeline, score, status))
+        read_bodies(timeline, score, status) && score_read_ledger(timeline, score, status))
         return true;
     score_destroy(score);
     return false;
@@ -362,5 +362,6 @@ void score_destroy(Score *score)
     free(score->tool);
     free(score->body);
     free(score->cut);
+    free(score->ledger);
     *score = (Score){.part_count = 0};
 }

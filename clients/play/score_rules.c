@@ -60,6 +60,16 @@ static bool read_fixed(const SceneReader *reader, const config_setting_t *bodies
     return true;
 }
 
+// The ledger has the others.
+static void keep_goals(SceneScore *score)
+{
+    int kept = 0;
+    for (int i = 0; i < score->region_count; i++)
+        if (scene_region_is_goal(&score->region[i]))
+            score->region[kept++] = score->region[i];
+    score->region_count = kept;
+}
+
 static bool read_group(const config_t *config, const SceneReader *reader, ScoreRules *rules)
 {
     const config_setting_t *root = config_root_setting(config);
@@ -69,8 +79,10 @@ static bool read_group(const config_t *config, const SceneReader *reader, ScoreR
         return option_fail(&reader->source, group, "score must be a group { ... }");
     if (bodies != NULL && !config_setting_is_list(bodies))
         return option_fail(&reader->source, bodies, "bodies must be a list ( ... )");
-    return scene_read_score_group(reader, group, &rules->scene) &&
-           (bodies == NULL || read_fixed(reader, bodies, rules));
+    if (!scene_read_score_group(reader, group, &rules->scene))
+        return false;
+    keep_goals(&rules->scene);
+    return (bodies == NULL || read_fixed(reader, bodies, rules));
 }
 
 bool score_rules_read(const char *text, const char *name, ScoreRules *rules, Status *status)

@@ -53,7 +53,7 @@ const char *score_size_unit(bool solid)
 
 // --- JSON ----------------------------------------------------------------------------------------
 
-static void put_text(const char *text, FILE *out)
+void score_put_text(const char *text, FILE *out)
 {
     fputc('"', out);
     for (; *text != '\0'; text++) {
@@ -108,7 +108,7 @@ static void put_rules(const Score *score, FILE *out)
     for (int i = 0; i < rules->scene.region_count; i++) {
         const FixedRegion *region = &rules->scene.region[i].region;
         fputs(i > 0 ? ",\n    {\"name\": " : "\n    {\"name\": ", out);
-        put_text(rules->scene.region[i].name, out);
+        score_put_text(rules->scene.region[i].name, out);
         if (region->kind == FIXED_BOX) {
             fputs(", ", out);
             put_vector("low_m", region->low, out);
@@ -147,7 +147,7 @@ static void put_body(const ScoreBody *body, bool regions, FILE *out)
 {
     const char *cut = score_cut_unit(body->solid), *size = score_size_unit(body->solid);
     fputs("    {\"name\": ", out);
-    put_text(body->name, out);
+    score_put_text(body->name, out);
     fprintf(out, ", \"solid\": %s", body->solid ? "true" : "false");
     put_measured("severed", cut, body->inside + body->outside, out);
     put_measured("severed_inside", cut, regions ? body->inside : SCORE_UNKNOWN, out);
@@ -174,9 +174,9 @@ static void put_cut(const ScoreCut *cut, bool regions, FILE *out)
 {
     const char *unit = score_cut_unit(cut->solid);
     fprintf(out, "    {\"time_s\": %.9g, \"body\": ", cut->time_s);
-    put_text(cut->body, out);
+    score_put_text(cut->body, out);
     fputs(", \"kind\": ", out);
-    put_text(cut->kind, out);
+    score_put_text(cut->kind, out);
     put_measured("severed", unit, cut->inside + cut->outside, out);
     put_measured("inside", unit, regions ? cut->inside : SCORE_UNKNOWN, out);
     put_measured("outside", unit, regions ? cut->outside : SCORE_UNKNOWN, out);
@@ -187,9 +187,9 @@ void score_write_json(const Score *score, FILE *out)
 {
     const bool regions = score->rules.scene.region_count > 0;
     fputs(JSON_MARK ", \"version\": 1,\n  \"scene\": ", out);
-    put_text(score->scene, out);
+    score_put_text(score->scene, out);
     fputs(", \"created_by\": ", out);
-    put_text(score->created_by, out);
+    score_put_text(score->created_by, out);
     fprintf(out, ",\n  \"session\": {\"parts\": %d", score->part_count);
     put_member("first_s", score->first_s, out);
     put_member("last_s", score->last_s, out);
@@ -214,7 +214,9 @@ void score_write_json(const Score *score, FILE *out)
         put_cut(&score->cut[i], regions, out);
         fputs(i + 1 < score->cut_count ? ",\n" : "\n", out);
     }
-    fputs("  ]\n}\n", out);
+    fputs("  ]", out);
+    score_ledger_json(score, out);
+    fputs("\n}\n", out);
 }
 
 // --- CSV -----------------------------------------------------------------------------------------
@@ -288,6 +290,7 @@ void score_write_csv(const Score *score, FILE *out)
         }
     for (int i = 0; i < score->body_count; i++)
         put_body_rows(&score->body[i], score->rules.scene.region_count > 0, out);
+    score_ledger_csv(score, out);
 }
 
 // --- for people at a terminal --------------------------------------------------------------------
@@ -317,6 +320,7 @@ void score_print(const Score *score, FILE *out)
         fprintf(out, "; %d pieces, %d removed with %.4g %s\n", body->pieces_last, body->removed,
                 body->removed_size, score_size_unit(body->solid));
     }
+    score_ledger_print(score, out);
 }
 
 // --- files ---------------------------------------------------------------------------------------

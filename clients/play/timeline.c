@@ -23,6 +23,13 @@ typedef struct Part {
     double gap[TOOLS];  // a tool without a row for longer was withdrawn [s]
 } Part;
 
+// Where a ledger is.
+typedef struct TimelineLedger {
+    double time; // [s]
+    int part, count;
+    int64_t first; // of its lines
+} TimelineLedger;
+
 struct Timeline {
     Part part[TIMELINE_PARTS];
     int parts;
@@ -34,6 +41,8 @@ struct Timeline {
     TimelineEvent *event;
     int events;
     int64_t left_out;
+    TimelineLedger *ledger; // [ledgers], times rise
+    int ledgers;
 };
 
 // --- opening -------------------------------------------------------------------------------------
@@ -212,6 +221,52 @@ static bool read_events(Timeline *timeline, Status *status)
     return true;
 }
 
+// Adds line `row` of a part; `before`: what the line before it is of. A ledger begins with its
+// bodies.
+static void add_line(Timeline *timeline, int p, int64_t row, const RecordingLedger *line,
+                     int before)
+{
+    const double time = line->time + timeline->part[p].offset;
+    TimelineLedger *last = timeline->ledgers > 0 ? &timeline->ledger[timeline->ledgers - 1] : NULL;
+    if (line->line != LEDGER_BODY || before == LEDGER_BODY) {
+        if (last != NULL && last->part == p && last->first + last->count == row)
+            last->count += last->count < LEDGER_LINES;
+        return;
+    }
+    if (timeline->ledgers == TIMELINE_LEDGERS || !(time < part_end(timeline, p)) ||
+        (last != NULL && time < last->time))
+        return;
+    timeline->ledger[timeline->ledgers++] =
+        (TimelineLedger){.time = time, .part = p, .count = 1, .first = row};
+}
+
+static bool read_ledgers(Timeline *timeline, Status *status)
+{
+    enum { BLOCK = 256 };
+    RecordingLedger block[BLOCK];
+    int64_t most = 0;
+    for (int p = 0; p < timeline->parts; p++)
+        most += recording_reader_info(timeline->part[p].reader)->ledger;
+    most = most < TIMELINE_LEDGERS ? most : TIMELINE_LEDGERS;
+    timeline->ledger = calloc((size_t)most + 1, sizeof *timeline->ledger);
+    ASSERT(timeline->ledger != NULL);
+    for (int p = 0; p < timeline->parts; p++) {
+        RecordingReader *reader = timeline->part[p].reader;
+        const int64_t count = recording_reader_info(reader)->ledger;
+        int before = LEDGER_REGION;
+        for (int64_t first = 0; first < count; first += BLOCK) {
+            const int rows = (int)(count - first < BLOCK ? count - first : BLOCK);
+            if (!recording_reader_ledger(reader, first, rows, block, status))
+                return false;
+            for (int i = 0; i < rows; i++) {
+                add_line(timeline, p, first + i, &block[i], before);
+                before = block[i].line;
+            }
+        }
+    }
+    return true;
+}
+
 Timeline *timeline_open(char *const *path, int count, Status *status)
 {
     Timeline *timeline = calloc(1, sizeof *timeline);
@@ -228,7 +283,7 @@ Timeline *timeline_open(char *const *path, int count, Status *status)
         // The end is that of the part that is shown last.
         const Part *last = &timeline->part[timeline->parts - 1];
         timeline->end = last->last + last->offset;
-        ok = read_events(timeline, status);
+        ok = read_events(timeline, status) && read_ledgers(timeline, status);
     }
     if (ok)
         return timeline;
@@ -243,6 +298,7 @@ void timeline_close(Timeline *timeline)
     for (int i = 0; i < timeline->parts; i++)
         recording_reader_close(timeline->part[i].reader);
     free(timeline->event);
+    free(timeline->ledger);
     free(timeline);
 }
 
@@ -517,4 +573,27 @@ const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64
     *count = timeline->events;
     *left_out = timeline->left_out;
     return timeline->event;
+}
+
+int timeline_find_ledger(const Timeline *timeline, double time)
+{
+    int below = -1, above = timeline->ledgers;
+    while (above - below > 1) {
+        const int middle = below + (above - below) / 2;
+        if (timeline->ledger[middle].time <= time + SAME_S)
+            below = middle;
+        else
+            above = middle;
+    }
+    return below + 1;
+}
+
+bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
+                     Status *status)
+{
+    ASSERT(number > 0 && number <= timeline->ledgers);
+    const TimelineLedger *at = &timeline->ledger[number - 1];
+    *count = at->count;
+    return recording_reader_ledger(timeline->part[at->part].reader, at->first, at->count, line,
+                                   status);
 }

@@ -10,7 +10,8 @@
 
 enum {
     TIMELINE_PARTS = 32,
-    TIMELINE_EVENTS = 1 << 16, // kept of all parts; others are counted
+    TIMELINE_EVENTS = 1 << 16,  // kept of all parts; others are counted
+    TIMELINE_LEDGERS = 1 << 18, // kept of all parts
 };
 
 typedef struct Timeline Timeline;
@@ -83,5 +84,10 @@ bool timeline_forces(Timeline *timeline, int tool, int parts, float *force, Stat
 
 // All events in the order of their times, and how many were too many.
 const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64_t *left_out);
+
+// Returns the number of the last ledger at or before a time, from 1; 0: there is none. Reads it.
+int timeline_find_ledger(const Timeline *timeline, double time);
+bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
+                     Status *status);
 
 #endif

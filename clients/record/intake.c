@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ledger_lines.h"
 #include "pliant_event_t.h"
 #include "pliant_walls_t.h"
 
@@ -99,6 +100,33 @@ static void take_event(Intake *intake, const void *data, size_t size)
         intake->event[intake->events_waiting++] = event;
     else
         intake->events_lost++;
+}
+
+static void push_ledger(Intake *intake)
+{
+    if (intake->open && intake->ledger_count > 0)
+        queue_push(intake->queue, item_ledger(intake->ledger, intake->ledger_count),
+                   intake->options.when_full);
+}
+
+// The file gets a ledger once, however often the server repeats it.
+static void take_ledger(Intake *intake, const void *data, size_t size)
+{
+    pliant_ledger_t message;
+    RecordingLedger line[LEDGER_LINES];
+    if (!wire_check(&WIRE_LEDGER, data, size) ||
+        pliant_ledger_t_decode(data, 0, (int)size, &message) < 0) {
+        intake->survey.refused++;
+        return;
+    }
+    const int count = ledger_lines(&message, line);
+    pliant_ledger_t_decode_cleanup(&message);
+    const size_t bytes = (size_t)count * sizeof *line;
+    if (count == intake->ledger_count && memcmp(line, intake->ledger, bytes) == 0)
+        return;
+    memcpy(intake->ledger, line, bytes);
+    intake->ledger_count = count;
+    push_ledger(intake);
 }
 
 // --- meshes --------------------------------------------------------------------------------------
@@ -269,6 +297,7 @@ static void restart(Intake *intake)
 {
     intake_end(intake);
     intake->restarts++;
+    intake->ledger_count = 0;
     for (int i = 0; i < intake->survey.body_count; i++)
         forget(&intake->body[i]);
     for (int i = 0; i < ITEM_TOOLS; i++)
@@ -423,6 +452,8 @@ void intake_take(Intake *intake, const char *channel, const void *data, size_t s
         take_contact(intake, data, size);
     else if (strcmp(name, "EVENT") == 0)
         take_event(intake, data, size);
+    else if (strcmp(name, "LEDGER") == 0)
+        take_ledger(intake, data, size);
     else if (strcmp(name, "STATUS") == 0)
         survey_take_status(&intake->survey, data, size);
     else if (strcmp(name, "REPLY") == 0)
@@ -520,6 +551,7 @@ bool intake_begin(Intake *intake, bool patient)
     for (int i = 0; i < intake->events_waiting; i++)
         push_event(intake, &intake->event[i]);
     intake->events_waiting = 0;
+    push_ledger(intake);
     for (int i = 0; i < intake->survey.body_count; i++)
         if (intake->body[i].file_index >= 0)
             begin_body(intake, &intake->body[i]);

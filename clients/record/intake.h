@@ -54,6 +54,8 @@ typedef struct Intake {
     RecordingEvent event[INTAKE_EVENTS_WAITING];
     int events_waiting;
     int64_t events_lost;
+    RecordingLedger ledger[LEDGER_LINES]; // the newest, which a file begins with
+    int ledger_count;
     bool open;           // a file has begun
     int files;           // begun so far
     int restarts;        // of the daemon

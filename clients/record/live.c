@@ -61,7 +61,7 @@ static bool subscribe_bodies(Live *live)
 
 static bool subscribe(Live *live, PliantError *error)
 {
-    static const char *const names[] = {"STATUS", "EVENT", "CONTACT", "REPLY"};
+    static const char *const names[] = {"STATUS", "EVENT", "CONTACT", "REPLY", "LEDGER"};
     Client *client = &live->client;
     char poses[CLIENT_CHANNEL_MAX];
     bool ok = true;

@@ -115,6 +115,16 @@ Item *item_event(const RecordingEvent *event)
     return item;
 }
 
+Item *item_ledger(const RecordingLedger *line, int count)
+{
+    const size_t bytes = (size_t)count * sizeof *line;
+    Item *item = create(ITEM_LEDGER, 0, bytes);
+    char *at = behind(item);
+    item->as.ledger.line = put(&at, line, bytes);
+    item->as.ledger.count = count;
+    return item;
+}
+
 Item *item_end(const RecordingCounts *counts, int body_count)
 {
     size_t bytes = (size_t)body_count * sizeof *counts;
@@ -380,6 +390,9 @@ static void add(Writer *writer, const Item *item)
         break;
     case ITEM_EVENT:
         writer->events += recording_add_event(recording, &item->as.event);
+        break;
+    case ITEM_LEDGER:
+        recording_add_ledger(recording, item->as.ledger.line, item->as.ledger.count);
         break;
     default:
         break;

@@ -24,6 +24,7 @@ typedef enum ItemKind {
     ITEM_FRAME,
     ITEM_TOOL,
     ITEM_EVENT,
+    ITEM_LEDGER,
     ITEM_END, // of the file
 } ItemKind;
 
@@ -44,6 +45,10 @@ typedef struct Item {
             RecordingTool sample;
         } tool;
         RecordingEvent event;
+        struct {
+            const RecordingLedger *line;
+            int count;
+        } ledger;
         const RecordingCounts *counts; // [body_count]
     } as;
 } Item;
@@ -55,6 +60,7 @@ Item *item_topology(int body, const RecordingTopology *topology);
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);
 Item *item_event(const RecordingEvent *event);
+Item *item_ledger(const RecordingLedger *line, int count);
 Item *item_end(const RecordingCounts *counts, int body_count);
 void item_destroy(Item *item);
 

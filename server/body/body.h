@@ -222,9 +222,12 @@ typedef struct BodyOps {
     // check. The ids of a body that does not change (body_changes) are constant.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
-    // Returns the account of the body's tissues, as of the last change. NULL: nothing can be cut
-    // off or taken from it.
-    const BodyAccount *(*account)(const void *model);
+    // Accounts for the body's tissues, by label; returns their number, writes at most `capacity`.
+    // NULL: nothing can be cut off or taken from it.
+    int (*account)(const void *model, TissueAccount *account, int capacity);
+    // Returns the areas that were opened, and how near that was to watched regions. NULL: unknown,
+    // and the account changes with the topology alone.
+    const BodySections *(*sections)(const void *model);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);

@@ -73,13 +73,12 @@ typedef struct RegionAccount {
     bool touched;       // something inside was cut or removed
 } RegionAccount;
 
-// Owned by the model; constant between changes of topology.
-typedef struct BodyAccount {
-    int64_t version; // grows with every change
-    int tissue_count, region_count;
-    const TissueAccount *tissue;
+// What was opened in a body, owned by the model.
+typedef struct BodySections {
+    int64_t version;  // another one whenever this or the account has changed
+    double cut, torn; // areas at rest, one side counts [m2]
+    int region_count;
     const RegionAccount *region; // by BodyOptions.watch
-    double cut, torn;            // areas of sections at rest [m2]
-} BodyAccount;
+} BodySections;
 
 #endif

@@ -91,6 +91,9 @@ typedef struct RecordingLedger {
     double value[RECORDING_LEDGER_VALUES];
 } RecordingLedger;
 
+// Most of each, so that a ledger fits a datagram.
+enum { LEDGER_BODIES = 64, LEDGER_TISSUES = 200, LEDGER_REGIONS = 16 };
+enum { LEDGER_LINES = LEDGER_BODIES + LEDGER_TISSUES + LEDGER_REGIONS };
 enum { LEDGER_KEEP = 1, LEDGER_TOUCHED = 2, LEDGER_SOLID = 4 };
 // Their values: areas [m2] of a body; of a tissue [kg/m3 or kg/m2], [m3 or m2]; of a region [m].
 enum { LEDGER_CUT, LEDGER_TORN };

@@ -4,70 +4,16 @@
 
 #include "base/clock.h"
 
-#include "pliant_ledger_t.h"
-
-#include <string.h>
+#include "ledger_lines.h"
 
 enum { AGAIN_NS = 1000000000 };
 
-typedef struct Parts {
-    pliant_ledger_body_t body[SCENE_BODIES];
-    pliant_ledger_tissue_t tissue[LEDGER_TISSUES];
-    pliant_ledger_region_t region[SCENE_SCORE_REGIONS];
-} Parts;
-
-static char *text(const char *from)
-{
-    return (char *)(uintptr_t)from;
-}
-
-static pliant_ledger_tissue_t tissue_of(const RecordingLedger *line)
-{
-    return (pliant_ledger_tissue_t){.body = text(line->body),
-                                    .name = text(line->name),
-                                    .density = line->value[LEDGER_DENSITY],
-                                    .at_load = line->value[LEDGER_AT_LOAD],
-                                    .attached = line->value[LEDGER_ATTACHED],
-                                    .cut_off = line->value[LEDGER_CUT_OFF],
-                                    .removed = line->value[LEDGER_REMOVED],
-                                    .coagulated = line->value[LEDGER_COAGULATED]};
-}
-
-static pliant_ledger_region_t region_of(const RecordingLedger *line)
-{
-    return (pliant_ledger_region_t){.name = text(line->name),
-                                    .keep = (line->flag & LEDGER_KEEP) != 0,
-                                    .touched = (line->flag & LEDGER_TOUCHED) != 0,
-                                    .margin = line->value[LEDGER_MARGIN],
-                                    .distance = line->value[LEDGER_DISTANCE],
-                                    .body = text(line->body),
-                                    .by = text(line->by)};
-}
-
 static void send_ledger(Bus *bus)
 {
-    const Ledger *ledger = bus->ledger;
-    Parts parts;
-    pliant_ledger_t message = {.utime = clock_utime(),
-                               .sequence = (int32_t)++bus->channel[OUT_LEDGER]->sequence,
-                               .body = parts.body,
-                               .tissue = parts.tissue,
-                               .region = parts.region};
-    for (int i = 0; i < ledger->count; i++) {
-        const RecordingLedger *line = &ledger->line[i];
-        message.step = line->step;
-        message.time = line->time;
-        if (line->line == LEDGER_BODY)
-            parts.body[message.num_bodies++] =
-                (pliant_ledger_body_t){.name = text(line->body),
-                                       .solid = (line->flag & LEDGER_SOLID) != 0,
-                                       .cut = line->value[LEDGER_CUT],
-                                       .torn = line->value[LEDGER_TORN]};
-        else if (line->line == LEDGER_TISSUE)
-            parts.tissue[message.num_tissues++] = tissue_of(line);
-        else
-            parts.region[message.num_regions++] = region_of(line);
-    }
+    LedgerParts parts;
+    pliant_ledger_t message = ledger_message(bus->ledger->line, bus->ledger->count, &parts);
+    message.utime = clock_utime();
+    message.sequence = (int32_t)++bus->channel[OUT_LEDGER]->sequence;
     bus_publish(bus, OUT_LEDGER, 0, &message);
 }
 

@@ -4,41 +4,49 @@
 #include <math.h>
 #include <string.h>
 
-static const BodyAccount *account_of(Sim *sim, int body)
+static bool has_account(Sim *sim, int body)
+{
+    return sim_body(sim, body)->ops->account != NULL;
+}
+
+static const BodySections *sections_of(Sim *sim, int body)
 {
     const Body *of = sim_body(sim, body);
-    return of->ops->account != NULL ? of->ops->account(of->model) : NULL;
+    return of->ops->sections != NULL ? of->ops->sections(of->model) : NULL;
 }
 
 size_t ledger_bytes(Sim *sim, const Scene *scene)
 {
     int bodies = 0, tissues = 0;
-    for (int b = 0; b < sim_body_count(sim); b++) {
-        const BodyAccount *account = account_of(sim, b);
-        bodies += account != NULL;
-        tissues += account != NULL ? account->tissue_count : 0;
-    }
+    for (int b = 0; b < sim_body_count(sim); b++)
+        if (has_account(sim, b)) {
+            const Body *body = sim_body(sim, b);
+            bodies++;
+            tissues += body->ops->account(body->model, NULL, 0);
+        }
     tissues = tissues < LEDGER_TISSUES ? tissues : LEDGER_TISSUES;
     const size_t lines = (size_t)(bodies + tissues + scene->score.region_count);
     return bodies == 0 ? 0 : sizeof(Ledger) + lines * sizeof(RecordingLedger);
 }
 
-// Versions only grow, so their sum tells whether any did.
+// Returns a number that differs whenever an account has changed.
 static int64_t version_of(Sim *sim)
 {
-    int64_t version = 0;
+    uint64_t version = 0;
     for (int b = 0; b < sim_body_count(sim); b++) {
-        const BodyAccount *account = account_of(sim, b);
-        version += account != NULL ? account->version : 0;
+        const BodySections *sections = sections_of(sim, b);
+        const int64_t of = sections != NULL ? sections->version : sim_body(sim, b)->mesh.topology;
+        if (has_account(sim, b))
+            version = version * 1000003u + (uint64_t)of;
     }
-    return version;
+    return (int64_t)version;
 }
 
 LedgerClock ledger_clock(Sim *sim)
 {
     LedgerClock clock = {.on = false};
     for (int b = 0; b < sim_body_count(sim); b++)
-        clock.on |= account_of(sim, b) != NULL;
+        clock.on |= has_account(sim, b);
     return clock;
 }
 
@@ -65,15 +73,23 @@ static RecordingLedger *add(Ledger *ledger, Sim *sim, LedgerLine kind, const cha
     return line;
 }
 
-static void add_tissue(Ledger *ledger, Sim *sim, const char *body, const TissueAccount *tissue)
+// Adds the tissues of a body, at most `room`; returns how many.
+static int add_tissues(Ledger *ledger, Sim *sim, int b, int room)
 {
-    RecordingLedger *line = add(ledger, sim, LEDGER_TISSUE, body, tissue->name);
-    line->value[LEDGER_DENSITY] = tissue->density;
-    line->value[LEDGER_AT_LOAD] = tissue->at_load;
-    line->value[LEDGER_ATTACHED] = tissue->attached;
-    line->value[LEDGER_CUT_OFF] = tissue->cut_off;
-    line->value[LEDGER_REMOVED] = tissue->removed;
-    line->value[LEDGER_COAGULATED] = tissue->coagulated;
+    const Body *body = sim_body(sim, b);
+    TissueAccount account[LEDGER_TISSUES];
+    int count = body->ops->account(body->model, account, room);
+    count = count < room ? count : room;
+    for (int t = 0; t < count; t++) {
+        RecordingLedger *line = add(ledger, sim, LEDGER_TISSUE, body->name, account[t].name);
+        line->value[LEDGER_DENSITY] = account[t].density;
+        line->value[LEDGER_AT_LOAD] = account[t].at_load;
+        line->value[LEDGER_ATTACHED] = account[t].attached;
+        line->value[LEDGER_CUT_OFF] = account[t].cut_off;
+        line->value[LEDGER_REMOVED] = account[t].removed;
+        line->value[LEDGER_COAGULATED] = account[t].coagulated;
+    }
+    return count;
 }
 
 static const char *word_of(AccountCause cause)
@@ -89,10 +105,10 @@ static void add_region(Ledger *ledger, Sim *sim, const SceneRegion *region, int 
     const char *body = "";
     bool touched = false;
     for (int b = 0; b < sim_body_count(sim); b++) {
-        const BodyAccount *account = account_of(sim, b);
-        if (account == NULL || index >= account->region_count)
+        const BodySections *sections = sections_of(sim, b);
+        if (sections == NULL || index >= sections->region_count)
             continue;
-        const RegionAccount *of = &account->region[index];
+        const RegionAccount *of = &sections->region[index];
         touched |= of->touched;
         if (of->distance < nearest.distance) {
             nearest = *of;
@@ -111,20 +127,17 @@ void ledger_draw(Ledger *ledger, Sim *sim, const Scene *scene)
     int tissues = 0;
     ledger->count = 0;
     for (int b = 0; b < sim_body_count(sim); b++) {
-        const BodyAccount *account = account_of(sim, b);
-        if (account == NULL)
+        const BodySections *sections = sections_of(sim, b);
+        if (!has_account(sim, b))
             continue;
         RecordingLedger *line = add(ledger, sim, LEDGER_BODY, sim_body(sim, b)->name, "");
         line->flag = sim_body(sim, b)->surface.solid ? LEDGER_SOLID : 0;
-        line->value[LEDGER_CUT] = account->cut;
-        line->value[LEDGER_TORN] = account->torn;
+        line->value[LEDGER_CUT] = sections != NULL ? sections->cut : 0.0;
+        line->value[LEDGER_TORN] = sections != NULL ? sections->torn : 0.0;
     }
-    for (int b = 0; b < sim_body_count(sim); b++) {
-        const BodyAccount *account = account_of(sim, b);
-        for (int t = 0; account != NULL && t < account->tissue_count; t++)
-            if (tissues++ < LEDGER_TISSUES)
-                add_tissue(ledger, sim, sim_body(sim, b)->name, &account->tissue[t]);
-    }
+    for (int b = 0; b < sim_body_count(sim); b++)
+        if (has_account(sim, b))
+            tissues += add_tissues(ledger, sim, b, LEDGER_TISSUES - tissues);
     for (int r = 0; r < scene->score.region_count; r++)
         add_region(ledger, sim, &scene->score.region[r], r);
 }

@@ -9,10 +9,7 @@
 #include "scene/scene.h"
 #include "sim/sim.h"
 
-enum {
-    LEDGER_HZ = 20,       // most often, while it changes
-    LEDGER_TISSUES = 200, // most of all bodies together: a ledger fits a datagram
-};
+enum { LEDGER_HZ = 20 }; // most often, while it changes
 
 typedef struct Ledger {
     int count;
@@ -22,7 +19,7 @@ typedef struct Ledger {
 // When the newest ledger was drawn up.
 typedef struct LedgerClock {
     bool on;         // some body has an account
-    int64_t version; // sum of the accounts
+    int64_t version; // of the accounts
     int64_t step;
     bool drawn;
 } LedgerClock;

@@ -131,7 +131,7 @@ typedef struct SceneTouch {
 } SceneTouch;
 
 // What ledger and score sheet of a session judge by. `name` need not be unique.
-enum { SCENE_BODIES = 64, SCENE_SCORE_REGIONS = 16, SCENE_LABEL_MAX = 64 };
+enum { SCENE_SCORE_REGIONS = 16, SCENE_LABEL_MAX = 64 };
 typedef struct SceneRegion {
     char name[SCENE_LABEL_MAX];
     FixedRegion region;          // a box or a sphere

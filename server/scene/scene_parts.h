@@ -8,6 +8,7 @@
 #include "scene/scene.h"
 
 enum {
+    SCENE_BODIES = 64,
     SCENE_TOOLS = 32,
     SCENE_ATTACHMENTS = 64,
     SCENE_TOUCHES = 64,

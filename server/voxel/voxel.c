@@ -246,7 +246,7 @@ static const char *voxel_isa(const void *self)
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
                 .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
-                .account = cut_body_account
+                .account = cut_body_account, .sections = cut_body_sections
 
 // The pipeline has stages for operations that a body has.
 const BodyOps voxel_ops = {OPERATIONS};

@@ -28,20 +28,29 @@ static int find_main(CutAccount *account)
     return best;
 }
 
-// Writes the account from the counts.
+static double cell_volume(const CutAccount *account)
+{
+    return account->size * account->size * account->size;
+}
+
+int cut_account_tissues(const CutAccount *account, TissueAccount *to, int capacity)
+{
+    const double cell = cell_volume(account);
+    for (int m = 0; m < account->tissue_count && m < capacity; m++) {
+        to[m] = account->tissues[m];
+        to[m].attached = (double)account->attached[m] * cell;
+        to[m].cut_off = (double)(account->at_load[m] - account->attached[m]) * cell;
+    }
+    return account->tissue_count;
+}
+
+// Writes what was opened from the counts.
 static void publish(CutAccount *account)
 {
-    const double cell = account->size * account->size * account->size;
-    for (int m = 0; m < account->account.tissue_count; m++) {
-        TissueAccount *to = &account->tissues[m];
-        to->at_load = (double)account->at_load[m] * cell;
-        to->attached = (double)account->attached[m] * cell;
-        to->cut_off = (double)(account->at_load[m] - account->attached[m]) * cell;
-    }
     const double unit = account->size * account->size / CROSSING_UNIT;
-    account->account.cut = (double)account->section[ACCOUNT_CUT] * unit;
-    account->account.torn = (double)account->section[ACCOUNT_TEAR] * unit;
-    for (int r = 0; r < account->account.region_count; r++) {
+    account->sections.cut = (double)account->section[ACCOUNT_CUT] * unit;
+    account->sections.torn = (double)account->section[ACCOUNT_TEAR] * unit;
+    for (int r = 0; r < account->sections.region_count; r++) {
         const CutAccountRegion *from = &account->region[r];
         account->regions[r] =
             (RegionAccount){.distance = from->nearest > 0.0 ? (from->nearest - 1.0) * account->size
@@ -49,14 +58,14 @@ static void publish(CutAccount *account)
                             .cause = (AccountCause)from->cause,
                             .touched = from->touched != 0};
     }
-    account->account.version++;
+    account->sections.version++;
 }
 
 void cut_account_count(CutAccount *account)
 {
     const CutPieces *pieces = account->pieces;
     const int main_piece = find_main(account);
-    memset(account->attached, 0, (size_t)account->account.tissue_count * sizeof *account->attached);
+    memset(account->attached, 0, (size_t)account->tissue_count * sizeof *account->attached);
     for (int c = 0; c < pieces->cell_count; c++)
         if (pieces->root[c] == main_piece)
             account->attached[account->tissue[c]]++;
@@ -131,7 +140,7 @@ static void approach(CutAccount *account, AccountCause cause, const int face[2],
     double point[3];
     for (int d = 0; d < 3; d++)
         point[d] = lattice->element[cell].cell[d] + 0.5 + (d == axis ? along : 0.0);
-    for (int r = 0; r < account->account.region_count; r++) {
+    for (int r = 0; r < account->sections.region_count; r++) {
         bool touched;
         if (account->watch[r].material < 0)
             continue;
@@ -157,7 +166,7 @@ void cut_account_derive(CutAccount *account)
     for (int c = 0; c < ACCOUNT_CAUSES; c++)
         if (account->section[c] < 0 || account->section[c] > INT64_MAX / 2)
             account->section[c] = 0;
-    for (int r = 0; r < account->account.region_count; r++) {
+    for (int r = 0; r < account->sections.region_count; r++) {
         CutAccountRegion *region = &account->region[r];
         if (!(region->nearest >= 1.0 && isfinite(region->nearest)) ||
             region->cause <= ACCOUNT_NOTHING || region->cause >= ACCOUNT_CAUSES)
@@ -193,11 +202,12 @@ static void create_tissues(CutAccount *account, const VoxelMaking *making, const
     account->tissues = ALLOCATE(ARENA_OUTPUT, count, TissueAccount, "tissue accounts");
     for (int m = 0; m < count; m++) {
         const char *tissue = options->tissue != NULL ? options->tissue[m] : name;
-        account->tissues[m] = (TissueAccount){.name = keep_name(tissue, name, arena),
-                                              .density = options->material[m].density};
+        account->tissues[m] =
+            (TissueAccount){.name = keep_name(tissue, name, arena),
+                            .density = options->material[m].density,
+                            .at_load = (double)account->at_load[m] * cell_volume(account)};
     }
-    account->account.tissue_count = count;
-    account->account.tissue = account->tissues;
+    account->tissue_count = count;
 }
 
 // Counts the fixed corners of each cell.
@@ -252,7 +262,7 @@ static void create_regions(CutAccount *account, const VoxelMaking *making, const
         const int material = watch[r].material - 1;
         if (material < 0)
             continue;
-        if (material >= account->account.tissue_count || account->at_load[material] == 0) {
+        if (material >= account->tissue_count || account->at_load[material] == 0) {
             watch[r].material = -1;
             continue;
         }
@@ -262,8 +272,8 @@ static void create_regions(CutAccount *account, const VoxelMaking *making, const
     account->watch = watch;
     account->region = ALLOCATE(ARENA_OUTPUT, count, CutAccountRegion, "distances");
     account->regions = ALLOCATE(ARENA_OUTPUT, count, RegionAccount, "region accounts");
-    account->account.region_count = count;
-    account->account.region = account->regions;
+    account->sections.region_count = count;
+    account->sections.region = account->regions;
     state_add_shown(state, account->region, (size_t)count * sizeof *account->region, "%s/distances",
                     name);
 }

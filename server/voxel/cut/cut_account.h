@@ -30,16 +30,17 @@ typedef struct CutAccount {
     // --- part of the state ---
     int64_t *section;         // [ACCOUNT_CAUSES] sums of broken faces on the sheet of the blade:
                               // each the normal's share along the face's, times CROSSING_UNIT
-    CutAccountRegion *region; // [account.region_count]
+    CutAccountRegion *region; // [sections.region_count]
 
     // --- follows from the pieces ---
     int64_t *attached; // [material] cells of the main piece
     int *sum;          // scratch: [cell] by its smallest cell, what a piece has of what is fixed
 
-    // --- the account ---
-    BodyAccount account;
-    TissueAccount *tissues; // account.tissue
-    RegionAccount *regions; // account.region
+    // --- what others get ---
+    int tissue_count;
+    TissueAccount *tissues; // [tissue_count] name, density and amount at load; the others are 0
+    BodySections sections;
+    RegionAccount *regions; // sections.region
 } CutAccount;
 
 // Load time. `held` as of CutMasses.
@@ -50,6 +51,8 @@ void cut_account_break(CutAccount *account, AccountCause cause, const int (*face
                        const CutCrossing *crossing, int count);
 // After pieces came: counts the main one again.
 void cut_account_count(CutAccount *account);
+// As BodyOps.account.
+int cut_account_tissues(const CutAccount *account, TissueAccount *to, int capacity);
 // After the state was replaced.
 void cut_account_derive(CutAccount *account);
 

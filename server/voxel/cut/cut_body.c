@@ -178,10 +178,14 @@ void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec
         felt[vertex[i]] = fmax(felt[vertex[i]], vec3_dot(impulse[i], impulse[i]) / (h * h));
 }
 
-const BodyAccount *cut_body_account(const void *self)
+int cut_body_account(const void *self, TissueAccount *account, int capacity)
 {
-    const VoxelModel *model = self;
-    return &model->cuts->account.account;
+    return cut_account_tissues(&((const VoxelModel *)self)->cuts->account, account, capacity);
+}
+
+const BodySections *cut_body_sections(const void *self)
+{
+    return &((const VoxelModel *)self)->cuts->account.sections;
 }
 
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)

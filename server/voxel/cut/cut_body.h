@@ -59,7 +59,8 @@ void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 // After the state list was restored: derives everything that follows from it.
 void cut_body_restored(VoxelCuts *cuts, Body *body);
-const BodyAccount *cut_body_account(const void *self);
+int cut_body_account(const void *self, TissueAccount *account, int capacity);
+const BodySections *cut_body_sections(const void *self);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
 // --- creation of what other bodies do not have; load time ---
