@@ -168,9 +168,10 @@ bool cut_lattice_has_room(const CutLattice *lattice, int faces);
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
 // True if the vertices of this many cells that go are certain to fit.
 bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells);
-// Divides the leaves in the way of a cell that is to go: that which covers it, and those across its
-// faces. Takes the divisions from the budget. True if none is left.
-bool cut_lattice_expose(CutLattice *lattice, int cell, int *budget);
+// Divides the leaves in the way of cells that are to go: those that cover them, and those across
+// their faces; about as many as the budget allows. Leaves in the list the cells that nothing is in
+// the way of now. Returns how many were divided.
+int cut_lattice_expose(CutLattice *lattice, int *cell, int *count, int budget);
 // Takes away exposed cells, at most CUT_REMOVE_MOST: breaks all their faces, first all bits, then
 // the vertices.
 void cut_lattice_remove(CutLattice *lattice, const int *cell, int count);

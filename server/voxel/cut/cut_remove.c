@@ -230,20 +230,6 @@ static int most_cells(const VoxelCuts *cuts, double volume)
     return most < cuts->present ? most : cuts->present - 1;
 }
 
-// Divides what is in the way, at most once a tick; returns how many elements. Keeps the cells that
-// can go now.
-static int expose(VoxelCuts *cuts, const Body *body)
-{
-    CutReach *reach = cuts->reach;
-    const int most = reach->divided == body->step ? 0 : cuts->lattice.split_budget;
-    int budget = most, kept = 0;
-    for (int k = 0; k < reach->count; k++)
-        if (cut_lattice_expose(&cuts->lattice, reach->cell[k], &budget))
-            reach->cell[kept++] = reach->cell[k];
-    reach->count = kept;
-    return most - budget;
-}
-
 static bool has_room(const VoxelCuts *cuts, int cells, RemovalOutcome *outcome)
 {
     const CutLattice *lattice = &cuts->lattice;
@@ -273,8 +259,9 @@ bool cut_body_remove(Body *body, const Removal *removal, RemovalOutcome *outcome
     outcome->verdict = CUT_DONE;
     if (reach->count == 0) // the volume is less than a cell's
         return false;
-    // Divisions first: they keep momentum, and removals do not.
-    if (expose(cuts, body) > 0) {
+    // Divisions first, once a tick: they keep momentum, and removals do not.
+    const int budget = reach->divided == body->step ? 0 : cuts->lattice.split_budget;
+    if (cut_lattice_expose(&cuts->lattice, reach->cell, &reach->count, budget) > 0) {
         reach->divided = body->step;
         const bool changed = cut_body_follow(cuts, body, true, false, change);
         change->again = true;

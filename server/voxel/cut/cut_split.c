@@ -278,6 +278,40 @@ static int divide_in_order(CutLattice *lattice, int element)
     return divided + 1;
 }
 
+// Keeps what was not divided, and sorts what was appended to the first `before` into their order.
+static void keep_wanted(CutLattice *lattice, int before)
+{
+    int kept = 0, sorted = 0;
+    const bool appended = lattice->wanted_count > before;
+    for (int w = 0; w < lattice->wanted_count; w++) {
+        if (w == before)
+            sorted = kept;
+        if (!lattice->divided[lattice->wanted[w]])
+            lattice->wanted[kept++] = lattice->wanted[w];
+    }
+    lattice->wanted_count = kept;
+    if (appended)
+        cut_split_sort(lattice, sorted);
+}
+
+int cut_lattice_reconstruct(CutLattice *lattice)
+{
+    // Children that must be divided in turn are appended; the next call processes them.
+    enum { REFUSED_MOST = 64 }; // one takes about a microsecond
+    // As many as the budget allows, in the list's order.
+    const int before = lattice->wanted_count;
+    int divided = 0, refused = 0;
+    for (int w = 0; w < before && divided < lattice->split_budget && refused < REFUSED_MOST; w++) {
+        const int element = lattice->wanted[w];
+        if (lattice->divided[element])
+            continue;
+        divided += divide_in_order(lattice, element);
+        refused += !lattice->divided[element];
+    }
+    keep_wanted(lattice, before);
+    return divided;
+}
+
 // ---------------------------------------------------------------------------------------------
 // Cells that go
 
@@ -287,20 +321,36 @@ bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells)
     return (long)*lattice->vertex_count + 16L * cells <= lattice->vertex_capacity;
 }
 
-bool cut_lattice_expose(CutLattice *lattice, int cell, int *budget)
+// Divides the leaves that cover a cell, from the largest to the finest. True if it is a leaf now.
+static bool divide_down(CutLattice *lattice, int cell, int budget, int *divided)
 {
-    for (int d = -1; d < SQUARE_DIRECTIONS; d++) {
-        const int at = d < 0 ? cell : cut_lattice_across(lattice, cell, d);
-        // From the largest to the finest.
-        while (at >= 0 && !cut_lattice_is_gone(lattice, at) && !cut_lattice_is_leaf(lattice, at)) {
-            const int divided =
-                *budget > 0 ? divide_in_order(lattice, cut_parts_leaf(lattice, at)) : 0;
-            if (divided == 0)
-                return false;
-            *budget -= divided;
-        }
+    while (!cut_lattice_is_leaf(lattice, cell)) {
+        const int more =
+            *divided < budget ? divide_in_order(lattice, cut_parts_leaf(lattice, cell)) : 0;
+        if (more == 0)
+            return false;
+        *divided += more;
     }
     return true;
+}
+
+int cut_lattice_expose(CutLattice *lattice, int *cell, int *count, int budget)
+{
+    const int wanted = lattice->wanted_count;
+    int divided = 0, kept = 0;
+    for (int k = 0; k < *count; k++) {
+        bool good = divide_down(lattice, cell[k], budget, &divided);
+        for (int d = 0; d < SQUARE_DIRECTIONS && good; d++) {
+            const int across = cut_lattice_across(lattice, cell[k], d);
+            good = across < 0 || cut_lattice_is_gone(lattice, across) ||
+                   divide_down(lattice, across, budget, &divided);
+        }
+        if (good)
+            cell[kept++] = cell[k];
+    }
+    *count = kept;
+    keep_wanted(lattice, wanted);
+    return divided;
 }
 
 static void corner_of_cell(const CutLattice *lattice, int cell, int corner, int point[3])
@@ -362,34 +412,4 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
             corner_of_cell(lattice, cell[k], c, point);
             scratch->visited[cut_parts_index(scratch, point)] = 0;
         }
-}
-
-int cut_lattice_reconstruct(CutLattice *lattice)
-{
-    // Children that must be divided in turn are appended; the next call processes them.
-    enum { REFUSED_MOST = 64 }; // one takes about a microsecond
-    // As many as the budget allows, in the list's order.
-    const int before = lattice->wanted_count;
-    int divided = 0, refused = 0;
-    for (int w = 0; w < before && divided < lattice->split_budget && refused < REFUSED_MOST; w++) {
-        const int element = lattice->wanted[w];
-        if (lattice->divided[element])
-            continue;
-        divided += divide_in_order(lattice, element);
-        refused += !lattice->divided[element];
-    }
-    // Keep what was not divided, and sort the appended ones into their order.
-    int kept = 0, sorted = 0;
-    for (int w = 0; w < lattice->wanted_count; w++) {
-        if (w == before)
-            sorted = kept;
-        if (!lattice->divided[lattice->wanted[w]])
-            lattice->wanted[kept++] = lattice->wanted[w];
-    }
-    if (lattice->wanted_count > before) {
-        lattice->wanted_count = kept;
-        cut_split_sort(lattice, sorted);
-    }
-    lattice->wanted_count = kept;
-    return divided;
 }

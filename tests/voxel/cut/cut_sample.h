@@ -16,6 +16,7 @@ typedef struct CutSample {
     Arena arena;
     StateList state;
     CutLattice cut;
+    bool removable;
 } CutSample;
 
 static inline long cut_sample_cells(const CutSample *sample)
@@ -26,7 +27,8 @@ static inline long cut_sample_cells(const CutSample *sample)
 // True if the lattice could be created for the layout.
 static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, Status *status)
 {
-    const VoxelOptions options = {.body = {.name = "body"}, .split_budget = budget};
+    const VoxelOptions options = {.body = {.name = "body", .removable = sample->removable},
+                                  .split_budget = budget};
     VoxelMaking making = {.options = &options, .layout = sample->layout, .capacity = capacity};
     const bool good =
         lattice_mesh_create(&making.mesh, &making.layout, status) &&
@@ -35,16 +37,22 @@ static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, S
     return good;
 }
 
-static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,
-                                     int budget)
+static inline void cut_sample_make(CutSample *sample, Lattice lattice, int levels, int capacity,
+                                   int budget, bool removable)
 {
     Status status = {0};
-    *sample = (CutSample){.lattice = lattice};
+    *sample = (CutSample){.lattice = lattice, .removable = removable};
     layout_create(&sample->layout, &sample->lattice, levels);
     // Every cell a vertex of its own at each corner: more cannot be.
     if (capacity == 0)
         capacity = 8 * (int)lattice_solid(&sample->lattice);
     assert_true(cut_sample_try(sample, capacity, budget, &status));
+}
+
+static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,
+                                     int budget)
+{
+    cut_sample_make(sample, lattice, levels, capacity, budget, false);
 }
 
 static inline void cut_sample_drop(CutSample *sample)
@@ -107,6 +115,27 @@ static inline int cut_sample_random(const CutLattice *cut, uint64_t *seed, int (
             continue;
         face[count][0] = cell;
         face[count++][1] = axis;
+    }
+    return count;
+}
+
+// Cells near a random point, or a few anywhere, that are there; returns how many.
+static inline int cut_sample_random_cells(const CutLattice *cut, uint64_t *seed,
+                                          int cell[CUT_REMOVE_MOST])
+{
+    int count = 0;
+    const Vec3 center = vec3(random_between(seed, 0.0, cut->lattice_count[0]),
+                             random_between(seed, 0.0, cut->lattice_count[1]),
+                             random_between(seed, 0.0, cut->lattice_count[2]));
+    const double radius = random_between(seed, 0.5, 3.0);
+    const bool few = random_below(seed, 3) == 0;
+    for (int c = 0; c < cut->level_first[1] && count < CUT_REMOVE_MOST; c++) {
+        const int *at = cut->element[c].cell;
+        const Vec3 x = vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5);
+        const bool in = few ? random_below(seed, cut->level_first[1]) < 4
+                            : vec3_length(vec3_sub(x, center)) < radius;
+        if (in && !cut_lattice_is_gone(cut, c))
+            cell[count++] = c;
     }
     return count;
 }

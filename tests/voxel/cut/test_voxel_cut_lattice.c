@@ -30,8 +30,13 @@ static int *leaves_of_cells(const CutSample *sample)
                     assert_true(element >= 0);
                     if (!cut->divided[element])
                         break;
-                    assert_true(level > 0);
+                    assert_true(level > 0 || cut->removable);
+                    if (level == 0) // gone
+                        break;
                 }
+                assert_int_equal(cut_lattice_cell(cut, i, j, k) >= 0, !cut->divided[element]);
+                if (cut->divided[element])
+                    continue;
                 assert_int_equal(cut->element[element].level, level);
                 assert_int_equal(cut->element[element].material, lattice_label(lattice, i, j, k));
                 *out = element;
@@ -164,7 +169,11 @@ static void check_point(const CutSample *sample, const int *of_cell, const int p
         if (!owned)
             continue;
         assert_true(v < cut_lattice_used(cut));
-        assert_int_equal(cut->vertex_id[v], index + (lowest == lowest_solid ? 0 : points * lowest));
+        assert_int_equal(cut->anchor[v], lowest);
+        assert_int_equal(cut->vertex_id[v] % points, index);
+        if (!cut->removable)
+            assert_int_equal(cut->vertex_id[v],
+                             index + (lowest == lowest_solid ? 0 : points * lowest));
         *vertices += lowest == s;
         int place[3];
         cut_lattice_point(cut, v, place);
@@ -180,7 +189,8 @@ static void check_wanted(const CutSample *sample)
         for (int axis = 0; axis < 3; axis++)
             if (cut->broken[cell] >> axis & 1) {
                 bitten[cut_lattice_leaf_of(cut, cell)] = true;
-                bitten[cut_lattice_leaf_of(cut, cut_lattice_beyond(cut, cell, axis))] = true;
+                bitten[cut_lattice_leaf_of(cut, cut_lattice_across(cut, cell, 2 * axis + 1))] =
+                    true;
             }
     int count = 0;
     for (int level = cut->levels; level > 0; level--)
@@ -203,6 +213,8 @@ static void check_all(const CutSample *sample)
         for (int y = 0; y <= n[1]; y++)
             for (int x = 0; x <= n[0]; x++)
                 check_point(sample, leaf, (int[3]){x, y, z}, &vertices, &incidences);
+    for (int v = 0; v < cut_lattice_used(cut); v++)
+        vertices += cut->anchor[v] < 0;
     assert_int_equal(vertices, cut_lattice_used(cut));
     for (int e = 0; e < cut->element_count; e++)
         for (int node = 0; node < (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT); node++)
@@ -305,6 +317,24 @@ static void check_derived(CutLattice *cut)
     assert_memory_equal(block, again, size);
 }
 
+// Divides and takes away what the budget allows, as a body does.
+static void remove_at_random(CutSample *sample, uint64_t *seed, Follower *follower)
+{
+    CutLattice *cut = &sample->cut;
+    int cell[CUT_REMOVE_MOST], kept = cut_sample_random_cells(cut, seed, cell);
+    cut_lattice_expose(cut, cell, &kept, cut->split_budget);
+    check_changes(cut, follower);
+    check_all(sample);
+    cut_lattice_forget_changes(cut);
+    cut_lattice_remove(cut, cell, kept);
+    for (int k = 0; k < kept; k++)
+        assert_true(cut_lattice_is_gone(cut, cell[k]));
+    check_changes(cut, follower);
+    check_all(sample);
+    check_derived(cut);
+    cut_lattice_forget_changes(cut);
+}
+
 static void cut_at_random(CutSample *sample, int steps, uint64_t *seed)
 {
     CutLattice *cut = &sample->cut;
@@ -318,11 +348,13 @@ static void cut_at_random(CutSample *sample, int steps, uint64_t *seed)
             if (cut_lattice_has_room(cut, count))
                 cut_lattice_break(cut, (const int(*)[2])face, count);
         }
-        if (random_below(seed, 3) == 0) {
+        if (cut->removable || random_below(seed, 3) == 0) {
             check_changes(cut, &follower);
             check_all(sample);
             cut_lattice_forget_changes(cut);
         }
+        if (cut->removable)
+            remove_at_random(sample, seed, &follower);
         const int divided = cut_lattice_reconstruct(cut);
         // The last may have to divide larger neighbours first: one at each corner a level.
         assert_true(divided < cut->split_budget + 8 * 5);
@@ -342,6 +374,18 @@ TEST(random_cuts_keep_what_follows_from_the_bits)
         for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
             SCOPED(cut_sample_drop) CutSample sample;
             cut_sample_create(&sample, sample_lattice((SampleKind)kind, &seed), round % 4, 0, 1);
+            cut_at_random(&sample, 12, &seed);
+        }
+}
+
+TEST(random_cuts_and_removals_keep_what_follows_from_the_bits)
+{
+    uint64_t seed = 17;
+    for (int round = 0; round < EFFORT(4); round++)
+        for (int kind = 0; kind < SAMPLE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            cut_sample_make(&sample, sample_lattice((SampleKind)kind, &seed), round % 4, 0, 1,
+                            true);
             cut_at_random(&sample, 12, &seed);
         }
 }
