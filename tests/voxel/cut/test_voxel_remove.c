@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+// Taking cells away from a real body: what is taken, what it takes along, and what is left.
+#include "test.h"
+#include "sim_steps.h"
+#include "cut_bench.h"
+#include "cut_world.h"
+#include "effort.h"
+
+#include "base/fnv.h"
+#include "sim/follow.h"
+
+static const ToolOptions DRILL = {.id = 1,
+                                  .kind = TOOL_REMOVER,
+                                  .removes = REMOVER_DRILL,
+                                  .mouth = {.radius = 0.02},
+                                  .max_force = 10.0};
+
+static VoxelWorldOptions with_remover(VoxelWorldOptions options, const ToolOptions *tool)
+{
+    options.body.body.removable = true;
+    options.tool[options.tool_count++] = *tool;
+    return options;
+}
+
+// --- what must hold, from the bits alone ---
+
+// Every edge of every triangle in use is shared with one other; free ones are nobody's neighbour.
+static void check_closed(const CutWorld *world)
+{
+    const BodySurface *surface = &world->body->surface;
+    for (int f = 0; f < surface->face_used; f++) {
+        const bool is_free = world->cuts->faces.square[f / 2] < 0;
+        for (int k = 0; k < 3; k++) {
+            const int across = surface->face_neighbor[f][k];
+            if (is_free) {
+                assert_int_equal(across, -1);
+                assert_int_equal(surface->face[f][k], 0);
+                continue;
+            }
+            assert_in_range(across, 0, surface->face_used - 1);
+            const int a = surface->face[f][k], b = surface->face[f][(k + 1) % 3];
+            int back = -1;
+            for (int j = 0; j < 3; j++)
+                if (surface->face_neighbor[across][j] == f && surface->face[across][j] == b &&
+                    surface->face[across][(j + 1) % 3] == a)
+                    back = j;
+            assert_true(back >= 0);
+        }
+    }
+}
+
+// Vertices without elements have no mass, do not move and are published by no one.
+static void check_vertices(const CutWorld *world)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    const Vertices *vertices = &world->model->vertices;
+    const int count = cut_lattice_used(lattice);
+    FREED int *id = calloc((size_t)count + 1, sizeof *id);
+    FREED bool *has = calloc((size_t)count + 1, sizeof *has);
+    FREED Vec3 *x = calloc((size_t)count + 1, sizeof *x), *v = calloc((size_t)count + 1, sizeof *v);
+    for (int e = 0; e < lattice->element_count; e++)
+        for (int n = 0; n < (e < lattice->level_first[1] ? NODE_CORNERS : NODE_COUNT); n++)
+            if (cut_lattice_nodes(lattice, e)[n] >= 0)
+                has[cut_lattice_nodes(lattice, e)[n]] = true;
+    assert_int_equal(world->body->ops->read_state(world->model, id, x, v), count);
+    for (int i = 0; i < count; i++) {
+        assert_int_equal(has[i], id[i] >= 0);
+        assert_int_equal(has[i], vertices->mass[i] > 0.0);
+        if (!has[i])
+            assert_true(vec3_length(x[i]) == 0.0 && vertices_is_fixed(vertices, i));
+    }
+    const BodyMesh *mesh = &world->body->mesh;
+    for (int s = 0; s < mesh->node_count; s++) {
+        const int vertex = (int)world->model->node[s];
+        assert_int_equal(mesh->id[s] >= 0, has[vertex]);
+        assert_int_equal(mesh->piece[s] >= 0, has[vertex]);
+    }
+    for (int f = 0; f < mesh->triangle_count; f++)
+        for (int k = 0; k < 3 && mesh->triangle[f][0] != mesh->triangle[f][1]; k++)
+            assert_true(mesh->id[mesh->triangle[f][k]] >= 0);
+}
+
+static int count_present(const CutWorld *world)
+{
+    int present = 0;
+    for (int c = 0; c < world->cuts->lattice.level_first[1]; c++)
+        present += !cut_lattice_is_gone(&world->cuts->lattice, c);
+    return present;
+}
+
+// Masses from the elements that are left, and their sum from the cells that are.
+static void check_masses(const CutWorld *world)
+{
+    CutWorld left = *world;
+    const CutLattice *lattice = &world->cuts->lattice;
+    left.rest_mass = 0.0;
+    for (int c = 0; c < lattice->level_first[1]; c++)
+        left.rest_mass += cut_lattice_is_gone(lattice, c)
+                              ? 0.0
+                              : world->cuts->masses.mass[lattice->element[c].material - 1];
+    cut_world_check_masses(&left);
+}
+
+static void flood(const CutLattice *lattice, int *label, int *stack, int first)
+{
+    int top = 0;
+    stack[top++] = first;
+    label[first] = first;
+    while (top > 0) {
+        const int cell = stack[--top];
+        for (int d = 0; d < 6; d++) {
+            const int next = cut_lattice_across(lattice, cell, d);
+            const int low = d & 1 ? cell : next;
+            if (next < 0 || (lattice->broken[low] >> d / 2 & 1) || label[next] >= 0)
+                continue;
+            label[next] = first;
+            stack[top++] = next;
+        }
+    }
+}
+
+static void check_pieces(const CutWorld *world)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    const CutPieces *pieces = &world->cuts->pieces;
+    const size_t cells = (size_t)lattice->level_first[1];
+    FREED int *label = malloc(cells * sizeof *label), *stack = malloc(cells * sizeof *stack);
+    memset(label, -1, cells * sizeof *label);
+    int count = 0;
+    for (int c = 0; c < (int)cells; c++) {
+        if (cut_lattice_is_gone(lattice, c)) {
+            assert_int_equal(cut_pieces_of(pieces, c), -1);
+            continue;
+        }
+        if (label[c] < 0) {
+            flood(lattice, label, stack, c);
+            count++;
+        }
+        assert_int_equal(pieces->root[c], label[c]);
+        assert_true(cut_pieces_of(pieces, c) >= 0);
+    }
+    assert_int_equal(count, cut_pieces_count(pieces));
+    assert_int_equal(count, body_count_pieces(&world->body->mesh));
+}
+
+// What follows from the state, as bytes.
+static uint64_t hash_derived(const CutWorld *world)
+{
+    const CutFaces *faces = &world->cuts->faces;
+    const CutPieces *pieces = &world->cuts->pieces;
+    const Vertices *vertices = &world->model->vertices;
+    const size_t cells = (size_t)faces->cell_count, count = (size_t)vertices->count;
+    const size_t triangles = 2 * (size_t)*faces->shown, slots = (size_t)*faces->slot_count;
+    uint64_t hash = FNV_START;
+    hash = fnv_bytes(hash, faces->square_of, cells * sizeof *faces->square_of);
+    hash = fnv_bytes(hash, faces->face, triangles * sizeof *faces->face);
+    hash = fnv_bytes(hash, faces->neighbor, triangles * sizeof *faces->neighbor);
+    hash = fnv_bytes(hash, faces->triangle, triangles * sizeof *faces->triangle);
+    hash = fnv_bytes(hash, faces->node_area, count * sizeof *faces->node_area);
+    hash = fnv_bytes(hash, faces->node_firmness, count * sizeof *faces->node_firmness);
+    hash = fnv_bytes(hash, faces->cell_of, count * sizeof *faces->cell_of);
+    hash = fnv_bytes(hash, faces->id, slots * sizeof *faces->id);
+    hash = fnv_bytes(hash, faces->piece, slots * sizeof *faces->piece);
+    hash = fnv_bytes(hash, &faces->wall_count, sizeof faces->wall_count);
+    hash = fnv_bytes(hash, &faces->free_count, sizeof faces->free_count);
+    hash = fnv_bytes(hash, pieces->root, cells * sizeof *pieces->root);
+    hash = fnv_bytes(hash, pieces->number, cells * sizeof *pieces->number);
+    hash = fnv_bytes(hash, &pieces->small_count, sizeof pieces->small_count);
+    hash = fnv_bytes(hash, &pieces->gone_count, sizeof pieces->gone_count);
+    hash = fnv_bytes(hash, vertices->mass, count * sizeof *vertices->mass);
+    return fnv_bytes(hash, &world->body->mass, sizeof world->body->mass);
+}
+
+static void check_derived(CutWorld *world)
+{
+    const uint64_t hash = hash_derived(world), state = state_hash(&world->state);
+    world->body->ops->restored(world->body);
+    assert_true(world->body->ops->check(world->model));
+    assert_true(hash_derived(world) == hash);
+    assert_true(state_hash(&world->state) == state);
+}
+
+static void check_all(CutWorld *world)
+{
+    check_closed(world);
+    check_vertices(world);
+    check_masses(world);
+    check_pieces(world);
+    check_derived(world);
+}
+
+// --- removals without a tool ---
+
+typedef struct Taken {
+    const Removal *removal;
+    RemovalOutcome sum;
+} Taken;
+
+static bool take(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    Taken *taken = context;
+    RemovalOutcome one;
+    Body *body = &sim->body[b];
+    const bool changed = body->ops->remove(body, taken->removal, &one, change);
+    taken->sum.verdict = one.verdict;
+    taken->sum.removed += one.removed;
+    taken->sum.volume += one.volume;
+    taken->sum.mass += one.mass;
+    taken->sum.momentum = vec3_add(taken->sum.momentum, one.momentum);
+    return changed;
+}
+
+// A tick's removal, as the pipeline asks for it.
+static RemovalOutcome remove_near(CutWorld *world, RemoverKind kind, Vec3 at, double radius)
+{
+    const Removal removal = {
+        .kind = kind,
+        .mouth = {.kind = REGION_CAPSULE, .from = at, .to = at, .radius = radius},
+        .volume = (double)INFINITY,
+        .tick = 1e-3};
+    Taken taken = {.removal = &removal};
+    change_body(world->sim, 0, take, &taken);
+    return taken.sum;
+}
+
+// A random cell's centre, in the world.
+static Vec3 random_place(const CutWorld *world, uint64_t *seed)
+{
+    CellCentres centres;
+    const CutLattice *lattice = &world->cuts->lattice;
+    cut_centres_begin(&centres, lattice, &world->model->vertices.rows,
+                      vertices_row(&world->model->vertices));
+    int cell;
+    do
+        cell = random_below(seed, lattice->level_first[1]);
+    while (cut_lattice_is_gone(lattice, cell));
+    return cut_centre(&centres, cell);
+}
+
+TEST(random_removals_and_cuts_keep_all_that_follows)
+{
+    uint64_t seed = 3;
+    for (int round = 0; round < 4; round++) {
+        SCOPED(cut_world_destroy) CutWorld world;
+        VoxelWorldOptions options =
+            with_remover(round % 2 == 0 ? voxel_world_cube(12) : voxel_world_ball(), &DRILL);
+        options.body.body.levels = round < 2 ? 0 : 2;
+        options.body.body.node_capacity = 30000;
+        cut_world_create(&world, &options);
+        cut_world_shake(&world, 0.05, &seed);
+        const double size = world.lattice.size;
+        const int cells = count_present(&world);
+        int removed = 0;
+        double mass = 0.0;
+        for (int step = 0; step < EFFORT(36); step++) {
+            if (step % 3 == 0) {
+                CutOutcome outcome;
+                const CutOptions cut = cut_world_random(&world, &seed);
+                cut_world_cut(&world, &cut, &outcome);
+            }
+            const WorldMomentum before = cut_world_momentum(&world);
+            const RemovalOutcome one =
+                remove_near(&world, REMOVER_SUCTION, random_place(&world, &seed),
+                            random_between(&seed, 0.3, 2.5) * size);
+            assert_true(!cut_refuses(one.verdict));
+            const WorldMomentum after = cut_world_momentum(&world);
+            // What left is what is missing; rounding of sums over all vertices.
+            const Vec3 missing = vec3_sub(before.linear, after.linear);
+            expect_at_most(vec3_length(vec3_sub(missing, one.momentum)), 1e-12 * before.linear_sum);
+            removed += one.removed;
+            mass += one.mass;
+            assert_int_equal(count_present(&world) + removed, cells);
+            expect_near(world.body->mass + mass, world.rest_mass, 1e-12 * world.rest_mass);
+            check_all(&world);
+            sim_ticks(world.sim, 2);
+        }
+        assert_true(removed > 100);
+        sim_ticks(world.sim, 50);
+        assert_int_equal(sim_resets(world.sim), 0);
+        check_all(&world);
+    }
+}
+
+TEST(the_last_cell_stays)
+{
+    SCOPED(cut_world_destroy) CutWorld world;
+    VoxelWorldOptions options = with_remover(voxel_world_cube(6), &DRILL);
+    cut_world_create(&world, &options);
+    for (int k = 0; k < 10; k++) {
+        remove_near(&world, REMOVER_SUCTION, vec3(0, 0, 0), 1.0);
+        check_all(&world);
+        sim_ticks(world.sim, 20);
+    }
+    assert_int_equal(count_present(&world), 1);
+    assert_int_equal(cut_pieces_count(&world.cuts->pieces), 1);
+    assert_int_equal(sim_resets(world.sim), 0);
+}
