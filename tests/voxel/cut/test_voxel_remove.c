@@ -295,3 +295,153 @@ TEST(the_last_cell_stays)
     assert_int_equal(cut_pieces_count(&world.cuts->pieces), 1);
     assert_int_equal(sim_resets(world.sim), 0);
 }
+
+// --- tools ---
+
+static void hold_tool(CutWorld *world, Vec3 at, double grip)
+{
+    const ToolPose pose = {.utime = 1000 * (1 + sim_steps(world->sim)),
+                           .position = at,
+                           .orientation = QUAT_NONE,
+                           .active = true,
+                           .grip = grip};
+    sim_apply_pose(world->sim, 0, &pose, true);
+}
+
+// A burr held in the middle of a block takes a ball: half a cell larger than itself, since it takes
+// what it touches. The rest is a sum over cells of what their corners are off the ball: its
+// relative error falls faster than that layer.
+TEST(a_drill_burrs_a_ball_out_of_a_block)
+{
+    double off[2];
+    for (int k = 0; k < 2; k++) {
+        const int n = k == 0 ? 12 : 24;
+        SCOPED(cut_world_destroy) CutWorld world;
+        ToolOptions drill = DRILL;
+        drill.mouth.radius = 0.025;
+        VoxelWorldOptions options = with_remover(voxel_world_cube(n), &drill);
+        options.body.body.levels = 0;
+        cut_world_create(&world, &options);
+        const double size = world.lattice.size, radius = drill.mouth.radius;
+        const Vec3 at = {0.0011, 0.0023, -0.0017}; // on no plane of the lattice
+        for (int tick = 0; tick < 60; tick++) {
+            hold_tool(&world, at, 1.0);
+            sim_step(world.sim);
+        }
+        const double cell = size * size * size;
+        const double volume = cell * (pow(n, 3.0) - count_present(&world));
+        const double sphere = 4.0 / 3.0 * M_PI * pow(radius, 3.0);
+        const double grown = 4.0 / 3.0 * M_PI * pow(radius + 0.5 * size, 3.0);
+        const double layer = 4.0 * M_PI * radius * radius * size;
+        print_message("n %d: %.4g of the sphere, %.3g of a layer off, %.3g of the grown one\n", n,
+                      volume / sphere, (volume - sphere) / layer, volume / grown - 1.0);
+        expect_at_most(fabs(volume - sphere), layer);
+        off[k] = fabs(volume - sphere) / sphere;
+        expect_at_most(fabs(volume / grown - 1.0), 0.03);
+        check_all(&world);
+        assert_int_equal(sim_resets(world.sim), 0);
+    }
+    expect_at_most(off[1], 0.65 * off[0]); // first order in the size of a cell
+}
+
+// What goes in a second is what the rate says, but for a cell that is not full yet.
+TEST(suction_takes_at_its_rate_the_nearest_first)
+{
+    SCOPED(cut_world_destroy) CutWorld world;
+    ToolOptions tube = DRILL;
+    tube.removes = REMOVER_SUCTION;
+    tube.mouth.radius = 0.03;
+    tube.rate_mm3_s = 20000.0;
+    VoxelWorldOptions options = with_remover(voxel_world_cube(16), &tube);
+    options.body.body.levels = 2;
+    cut_world_create(&world, &options);
+    const double cell = 1e9 * pow(world.lattice.size, 3.0); // [mm3], 244
+    const Vec3 at = {0.05, 0.0011, 0.0017};
+    for (int tick = 0; tick < 500; tick++) {
+        hold_tool(&world, at, 1.0);
+        sim_step(world.sim);
+    }
+    const int gone = 16 * 16 * 16 - count_present(&world);
+    // Before anything can go, larger elements are divided: a few ticks.
+    expect_at_least(gone * cell, 20000.0 * 0.48 - cell);
+    expect_at_most(gone * cell, 20000.0 * 0.5);
+    check_all(&world);
+    // No cell that stays is nearer at rest than one that went by more than the body has deformed.
+    double farthest = 0.0, nearest = 1.0;
+    for (int c = 0; c < world.cuts->lattice.level_first[1]; c++) {
+        const int *p = world.cuts->lattice.element[c].cell;
+        const double size = world.lattice.size;
+        const Vec3 x = vec3((p[0] - 7.5) * size, (p[1] - 7.5) * size, (p[2] - 7.5) * size);
+        const double d = vec3_length(vec3_sub(x, at));
+        if (cut_lattice_is_gone(&world.cuts->lattice, c))
+            farthest = fmax(farthest, d);
+        else
+            nearest = fmin(nearest, d);
+    }
+    expect_at_most(farthest - nearest, 0.1 * world.lattice.size);
+    // Off: nothing goes, and the event says what did.
+    for (int tick = 0; tick < 100; tick++) {
+        hold_tool(&world, at, tick < 50 ? 0.3 : 0.45);
+        sim_step(world.sim);
+    }
+    assert_int_equal(gone, 16 * 16 * 16 - count_present(&world));
+    SimEvent event;
+    bool told = false;
+    while (sim_take_event(world.sim, &event))
+        if (strcmp(event.kind, "remove") == 0) {
+            char text[96];
+            snprintf(text, sizeof text, "tool 1: %d cells of body '%s' removed, %.4g mm3", gone,
+                     world.body->name, gone * cell);
+            assert_ptr_equal(strstr(event.text, text), event.text);
+            assert_false(told);
+            told = true;
+        }
+    assert_true(told);
+}
+
+static void drill_through(CutWorld *world, int from, int ticks, double *force)
+{
+    for (int tick = from; tick < from + ticks; tick++) {
+        hold_tool(world, vec3(0.003, 0.0, 0.085 - 2e-4 * tick), 1.0);
+        sim_step(world->sim);
+        *force = fmax(*force, vec3_length(sim_wrench(world->sim, 0)->force));
+    }
+}
+
+// A burr that is pushed through the body at 0.2 m/s makes a hole, and is felt; a run that goes on
+// from a state is the same bit for bit.
+TEST(a_drill_goes_through_with_a_force_and_repeats)
+{
+    SCOPED(cut_world_destroy) CutWorld world;
+    ToolOptions drill = DRILL;
+    drill.mouth.radius = 0.01;
+    drill.capsule[drill.capsule_count++] = drill.mouth;
+    VoxelWorldOptions options = with_remover(voxel_world_cube(16), &drill);
+    options.body.body.levels = 2;
+    static const FixedRegion bottom = {
+        .kind = FIXED_BOX, .low = {-1, -1, -0.06}, .high = {1, 1, -0.045}};
+    options.body.body.fixed = &bottom;
+    options.body.body.fixed_count = 1;
+    cut_world_create(&world, &options);
+    double force = 0.0;
+    drill_through(&world, 0, 300, &force);
+    FREED void *state = malloc(state_bytes(&world.state));
+    state_copy_out(&world.state, state);
+    const int gone = 16 * 16 * 16 - count_present(&world);
+    drill_through(&world, 300, 400, &force);
+    const uint64_t expected = state_hash(&world.state);
+    assert_true(16 * 16 * 16 - count_present(&world) > gone && gone > 0);
+    print_message("%d cells, up to %.3g N\n", 16 * 16 * 16 - count_present(&world), force);
+    assert_true(force > 1e-3);
+    check_all(&world);
+    state_copy_in(&world.state, state);
+    sim_restored(world.sim);
+    assert_true(sim_check(world.sim));
+    drill_through(&world, 300, 400, &force);
+    assert_true(state_hash(&world.state) == expected);
+    assert_int_equal(sim_resets(world.sim), 0);
+    // A reset brings all of it back.
+    sim_reset(world.sim);
+    assert_int_equal(count_present(&world), 16 * 16 * 16);
+    check_all(&world);
+}
