@@ -6,7 +6,10 @@
 #include "sim_steps.h"
 #include "cut_world.h"
 
+#include "voxel/cut/cut_parts.h"
+
 #include "geometry/generator.h"
+#include "sim/follow.h"
 
 // ---------------------------------------------------------------------------------------------
 // The organ: two ellipsoids joined smoothly, 13 cm long
@@ -108,6 +111,7 @@ static void create_of(Fitted *it, Truth *truth, Lattice lattice, SurfaceField fi
     options.body.field = field.value != NULL ? &it->field : NULL;
     options.body.tick = 1e-3;
     options.body.body.precision = PRECISION_SINGLE;
+    options.body.body.removable = true;
     cut_world_create(&it->world, &options);
     it->node = zeroed(3 * (size_t)it->world.body->mesh.node_capacity, sizeof *it->node);
     take(it);
@@ -467,6 +471,57 @@ TEST(lips_coincide_at_the_tick_of_the_cut)
     assert_true(later > 1e-3);    // there is something to hide
 }
 
+static bool burr_once(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    RemovalOutcome outcome;
+    return sim->body[b].ops->remove(&sim->body[b], context, &outcome, change);
+}
+
+// Takes away all that a burr touches.
+static void burr(Fitted *it, Vec3 at, double radius)
+{
+    Removal removal = {.kind = REMOVER_DRILL,
+                       .mouth = {.kind = REGION_CAPSULE, .from = at, .to = at, .radius = radius},
+                       .volume = (double)INFINITY,
+                       .tick = 1e-3};
+    for (int before = -1; before != it->world.cuts->present;) {
+        before = it->world.cuts->present;
+        change_body(it->world.sim, 0, burr_once, &removal);
+    }
+}
+
+// Nodes of the hole that are not on the outer surface, too.
+TEST(a_burr_leaves_a_smooth_hole)
+{
+    SCOPED(destroy) Fitted it;
+    create(&it, 0.004, 5);
+    const double size = it.world.lattice.size, radius = 0.0163;
+    const Vec3 at = vec3(0.005, -0.034, 0.002);
+    burr(&it, at, radius);
+    take(&it);
+    const BodyMesh *mesh = &it.world.body->mesh;
+    const CutFit *fit = it.world.cuts->fit;
+    double square = 0.0, most = 0.0;
+    int count = 0;
+    for (int i = 0; i < mesh->node_count; i++) {
+        int point[3];
+        const int vertex = it.world.cuts->faces.slot_vertex[i];
+        cut_lattice_point(&it.world.cuts->lattice, vertex, point);
+        if (mesh->id[i] < 0 ||
+            fit->is_outer[cut_parts_index(it.world.cuts->lattice.scratch, point)])
+            continue;
+        const double off =
+            (vec3_length(vec3_sub(node_of(&it, i), at)) - radius - 0.5 * size) / size;
+        square += off * off;
+        most = fmax(most, fabs(off));
+        count++;
+    }
+    print_message("%d nodes off the ball by %.3f cells rms, %.3f at most\n", count,
+                  sqrt(square / count), most);
+    assert_true(count > 100);
+    expect_at_most(sqrt(square / count), 0.1);
+}
+
 static void cut_twice(Fitted *it, bool other_first)
 {
     const Vec3 normal = vec3(-0.3, 0.9, 0.2), middle = vec3(0.0, 0.004, 0.003);
@@ -523,6 +578,7 @@ TEST(state_that_was_brought_back_shows_the_same)
     create(&again, 0.005, 5);
     cut_world_shake(&it.world, 0.7, &seed);
     cut_twice(&it, false); // the last fades are under way
+    burr(&it, vec3(0.01, -0.03, 0.0), 0.012);
     const BodyMesh *mesh = &it.world.body->mesh, *other = &again.world.body->mesh;
     FREED void *block = copy_state(&it.world.state);
     state_copy_in(&again.world.state, block);
