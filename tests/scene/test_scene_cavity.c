@@ -15,6 +15,9 @@
     "  mesh = { generator = \"ico_sphere\"; subdivisions = 3; radius = 0.05; };\n" more " } );\n"
 #define SOFT  "material = { youngs_modulus_2d = 80.0; damping_time = 0.0; };\n"
 #define EXACT "precision = \"double\";\n"
+#define SUCK                                                                                       \
+    "tools = ( { id = 1; kind = \"remover\"; removes_by = \"suction\"; rate_mm3_s = 1e6;\n"        \
+    "  mouth = { radius = 0.006; }; } );"
 // Refines where it moves, from the start.
 #define LEVELS "levels = 2; adapt = { speed = 0.02; check_hz = 500.0; };\n"
 
@@ -331,6 +334,39 @@ TEST(what_is_inside_leaves_by_the_law_of_a_jet)
         print_message("case %d: empty after %d ms\n", k, ticks);
         assert_true(ticks < 2000);
     }
+}
+
+// The top of a ball is sucked away: no node is copied, and yet there is an opening.
+TEST(what_is_inside_leaves_through_a_hole)
+{
+    START_RUN(run, "settle_s = 0.5; " EXACT BALL(CUTTABLE "levels = 1; start_level = 1;\n"
+                                                          "cavity = { gas = true; pressure = 20.0; "
+                                                          "density = 50.0; };") SUCK);
+    const Cavity *cavity = cavity_of(&run);
+    step(&run, 100);
+    const double closed = cavity_pressure(cavity), volume = cavity_volume(model_of(&run));
+    const ToolPose pose = {.position = place(sim_body(run.world.sim, 0), 0),
+                           .orientation = {1.0, 0.0, 0.0, 0.0},
+                           .active = true,
+                           .grip = 1.0};
+    assert_true(closed > 10.0 && cavity->state->opening == 0.0);
+    sim_apply_pose(run.world.sim, 0, &pose, true);
+    step(&run, 1);
+    TissueAccount account;
+    sim_body(run.world.sim, 0)->ops->account(model_of(&run), &account, 1);
+    assert_true(account.removed > 0.0 && account.cut_off == 0.0);
+    const BodyMesh *mesh = &sim_body(run.world.sim, 0)->mesh;
+    for (int i = 0; i < mesh->node_count; i++)
+        assert_true(mesh->id[i] < 0 || mesh->origin[i] == mesh->id[i]);
+    // The wall's area at rest has grown with the ball, and lies flat in the opening: of a cap of
+    // radius r all but (r / 2 R)^2, half a percent. In a tick the tension, 0.5 N/m, moves its
+    // rim by 0.04 mm of 6.
+    const double stretch = pow(volume / cavity->rest_volume, 2.0 / 3.0);
+    expect_near(cavity->state->opening / (stretch * account.removed), 1.0, 0.05);
+    expect_near(cavity_volume(model_of(&run)), volume, 0.01 * volume);
+    step(&run, 1000);
+    expect_at_most(cavity_pressure(cavity), 0.02 * closed);
+    assert_int_equal(sim_resets(run.world.sim), 0);
 }
 
 // The upper part of a full bladder falls off, and far: what it encloses by itself does not change
