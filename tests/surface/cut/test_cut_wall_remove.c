@@ -4,6 +4,7 @@
 
 #include "effort.h"
 #include "expect.h"
+#include "geometry/generator.h"
 #include "random.h"
 #include "sim_steps.h"
 #include "test.h"
@@ -23,6 +24,14 @@ TEST(random_removals_and_cuts_keep_every_invariant)
         options.body.precision =
             random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
         options.shape.frame = random_below(&random, 2) == 0 ? SHAPE_WORLD : SHAPE_BODY;
+        const int kind = random_below(&random, 4);
+        if (kind == 0)
+            options.body.integrator = INTEGRATOR_IMPLICIT;
+        if (kind == 1) {
+            options.body.integrator = INTEGRATOR_LEAPFROG;
+            options.material.branch_count = 1;
+            options.material.branch[0] = (MaxwellBranch){0.02, 0.25, false};
+        }
         SCOPED(bench_destroy) DetailBench bench;
         const WallMesh mesh = (WallMesh)random_below(&random, WALL_MESHES);
         wall_create(&bench, mesh, &options, random_between(&random, 0.0, 1.0));
@@ -60,4 +69,72 @@ TEST(random_removals_and_cuts_keep_every_invariant)
     print_message("%d removals of %d faces, %d copies, at most %d pieces\n", removals, removed,
                   copies, most_pieces);
     assert_true(removed > 2 * removals);
+}
+
+// Sucks at one place until nothing is in reach; returns the area [m2].
+static double suck_all(DetailBench *bench, Vec3 at, double radius)
+{
+    const Region mouth = {REGION_CAPSULE, at, at, radius};
+    double area = 0.0;
+    for (int i = 0; i < 1000; i++) {
+        const RemovalOutcome went = wall_remove(bench, REMOVER_SUCTION, &mouth, (double)INFINITY);
+        if (went.verdict == CUT_MET_NOTHING)
+            return area;
+        area += went.area;
+    }
+    fail_msg("it does not end");
+    return area;
+}
+
+// What a ball covers of a flat sheet is a disc. Faces are taken or left whole, by their middles:
+// the rim's error, some h wide, averages out along it.
+TEST(suction_takes_a_disc_from_a_sheet)
+{
+    const double radius = 0.03;
+    double last = 0.0;
+    for (int levels = 0; levels < 4; levels++) {
+        double square = 0.0, h = 0.0;
+        enum { PLACES = 9 };
+        for (int i = 0; i < PLACES; i++) {
+            SurfaceOptions options = wall_options(levels, 0);
+            SCOPED(bench_destroy) DetailBench bench;
+            TriMesh mesh;
+            assert_true(generate_sheet(&mesh, 7, 9, 0.12, 0.16, &(Status){0}));
+            bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
+            h = bench.detail->set.cut->finder.h;
+            const Vec3 at = {0.005 * (i % 3 - 1) + 0.001, 0.008 * (i / 3 - 1), 0.0};
+            const double disc = M_PI * radius * radius, area = suck_all(&bench, at, radius);
+            square += pow((area - disc) / disc, 2.0) / PLACES;
+            WallShape shape;
+            wall_expect_sound(&bench, &shape, 0);
+            assert_int_equal(shape.pieces, 1);
+            assert_int_equal(shape.borders, 2);
+        }
+        print_message("h = %.4f m: area off by %.2f %% rms\n", h, 100.0 * sqrt(square));
+        // A layer of faces along the rim would be 2 h / r.
+        expect_at_most(sqrt(square), 0.2 * h / radius);
+        assert_true(levels == 0 || sqrt(square) < 0.6 * last);
+        last = sqrt(square);
+    }
+}
+
+// A body always has a face left, and what is left can be simulated.
+TEST(the_last_face_stays)
+{
+    for (int levels = 0; levels < 2; levels++) {
+        SurfaceOptions options = wall_options(levels, 0);
+        options.shape.frame = SHAPE_BODY;
+        SCOPED(bench_destroy) DetailBench bench;
+        wall_create(&bench, WALL_SPHERE, &options, 0.3);
+        suck_all(&bench, vec3(0.0, 0.0, 0.0), 1.0);
+        WallShape shape;
+        wall_expect_sound(&bench, &shape, 0);
+        assert_int_equal(shape.faces, 1);
+        assert_int_equal(shape.nodes, 3);
+        sim_ticks(bench.sim, 200);
+        assert_int_equal(sim_resets(bench.sim), 0);
+        sim_reset(bench.sim);
+        wall_expect_sound(&bench, &shape, 0);
+        assert_int_equal(shape.nodes, 114);
+    }
 }

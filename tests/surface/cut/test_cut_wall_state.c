@@ -29,6 +29,11 @@ TEST(what_does_not_fit_is_refused_and_changes_nothing)
         assert_true(outcome.needed > outcome.room && outcome.room > 0);
         assert_int_equal(outcome.separated, 0);
         assert_true(state_hash(&bench.state) == before);
+        const Region burr = {REGION_CAPSULE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.06};
+        const RemovalOutcome went = wall_remove(&bench, REMOVER_DRILL, &burr, (double)INFINITY);
+        assert_int_equal(went.verdict, outcome.verdict);
+        assert_true(went.needed > went.room && went.room > 0);
+        assert_true(state_hash(&bench.state) == before);
         assert_int_equal(bench.body->mesh.topology, topology);
         bench_expect_sound(&bench);
     }
