@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What cutting costs: a blade drawn through a solid from tick to tick, cut messages through a
-// surface, and the real daemon under a hundred cuts a second while a tool presses.
+// What cutting and removing cost: a blade drawn through a solid and a drill over a wall from tick
+// to tick, cut messages through a surface, and the real daemon under a hundred cuts a second while
+// a tool presses.
 #include "bench.h"
 #include "daemon.h"
 
@@ -36,15 +37,15 @@ static void row_quantiles(Bench *bench, const char *name, int size, double *us, 
     bench_row(bench, name, size, "us_tick_max", us[count - 1], "us");
 }
 
-// --- a blade through half of a cube ---
+// --- a tool that is drawn through a body ---
 
-// Each tick at its least over some repeats, which do the same work: the whole of it, and what is
-// left to be reconstructed after the blade has stopped.
-static void draw_blade(Bench *bench, const char *name, World *world, int cells, double size)
+// Draws the first tool with 50 mm/s. Each tick at its least over some repeats, which do the same
+// work: the whole of it, and what is left to be done after the tool has stopped.
+static void draw_tool(Bench *bench, const char *name, World *world, int size, Vec3 from, Vec3 way)
 {
     Sim *sim = world->sim;
-    const double speed = 0.05, half = 0.5 * cells * size;
-    const int moving = (int)(half / speed * RATE) + 40, ticks = moving + 200;
+    const double speed = 0.05;
+    const int moving = (int)(vec3_length(way) / speed * RATE), ticks = moving + 200;
     const int repeats = bench->quick ? 1 : 3;
     double *us = malloc((size_t)ticks * sizeof *us);
     ASSERT(us != NULL);
@@ -53,10 +54,10 @@ static void draw_blade(Bench *bench, const char *name, World *world, int cells, 
     for (int r = 0; r < repeats; r++) {
         sim_reset(sim);
         for (int i = 0; i < ticks; i++) {
-            double y = -half - 0.0017 + fmin(i, moving) * speed / RATE;
-            ToolPose pose = {.position = {0.0007, y, -half - 0.005},
+            ToolPose pose = {.position = vec3_madd(from, fmin(i, moving) / moving, way),
                              .orientation = {1.0, 0.0, 0.0, 0.0},
-                             .active = true};
+                             .active = true,
+                             .grip = 1.0};
             sim_apply_pose(sim, 0, &pose, false);
             int64_t begin = clock_thread_ns();
             sim_step(sim);
@@ -66,9 +67,9 @@ static void draw_blade(Bench *bench, const char *name, World *world, int cells, 
         pieces = sim_pieces(sim, 0);
         elements = sim_body(sim, 0)->element_count;
     }
-    row_quantiles(bench, name, cells, us, ticks);
-    bench_row(bench, name, cells, "pieces", pieces, "1");
-    bench_row(bench, name, cells, "elements_after", (double)elements, "1");
+    row_quantiles(bench, name, size, us, ticks);
+    bench_row(bench, name, size, "pieces", pieces, "1");
+    bench_row(bench, name, size, "elements_after", (double)elements, "1");
     free(us);
 }
 
@@ -94,7 +95,30 @@ static void run_blade(Bench *bench, const char *name)
     else if (sim_body(world.sim, 0)->ops->cut == NULL)
         bench_skip(bench, name, "voxel bodies cannot be cut in this build");
     else
-        draw_blade(bench, name, &world, cells, size);
+        draw_tool(bench, name, &world, cells, (Vec3){0.0007, -0.0517, -0.055},
+                  (Vec3){0.0, 0.052, 0.0});
+    world_destroy(&world);
+    scene_destroy(&scene);
+}
+
+// A drill that goes over the top of a body.
+static void run_drill(Bench *bench, const char *name, int size, const char *body)
+{
+    char text[1024];
+    Scene scene = {0};
+    World world = {0};
+    Status status = {0};
+    snprintf(text, sizeof text,
+             "name = \"bench\";\nrate_hz = %g;\nbodies = ( %s );\n"
+             "tools = ( { id = 1;  kind = \"remover\";  removes_by = \"drill\";\n"
+             "    mouth = { radius = 0.005; }; } );\n",
+             RATE, body);
+    if (!load(text, &scene, &world, &status))
+        bench_fail(bench, name, status.text);
+    else if (sim_body(world.sim, 0)->ops->remove == NULL)
+        bench_skip(bench, name, "nothing can be taken from this body in this build");
+    else
+        draw_tool(bench, name, &world, size, (Vec3){-0.02, 0.001, 0.048}, (Vec3){0.04, 0.0, 0.0});
     world_destroy(&world);
     scene_destroy(&scene);
 }
@@ -234,6 +258,8 @@ void bench_cuts(Bench *bench)
     for (size_t k = 0; k < sizeof messages / sizeof *messages; k++)
         if (bench_wants(bench, messages[k].name))
             run_message(bench, messages[k].name, messages[k].body);
+    if (bench_wants(bench, "remove.surface.sphere"))
+        run_drill(bench, "remove.surface.sphere", 162, messages[0].body);
     if (bench_wants(bench, "live.cuts"))
         run_live(bench, "live.cuts");
 }
