@@ -97,7 +97,7 @@ static const Option TOOL_OPTIONS[] = {
      .about = "Where a remover takes tissue, as one of `capsules`: the mouth of a tube, a burr, an "
               "electrode."},
     {"rate_mm3_s", OPTION_REAL, AT(tool.rate_mm3_s), "mm3/s", 0.0, 1e6, .open = true,
-     .preset = 100.0, .physics = true, .about = "Volume that suction takes."},
+     .preset = 100.0, .physics = true, .about = "Volume that suction takes; of walls, as if they were 1 mm thick."},
     {"power", OPTION_REAL, AT(tool.power), "W", 0.0, 1e3, .open = true, .preset = 30.0,
      .physics = true, .about = "Heat that diathermy gives to tissue."},
 };
