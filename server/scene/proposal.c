@@ -111,8 +111,9 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
         fprintf(out, "  size = %.9g;", p->cell);
     fprintf(out,
             " };\n    levels = 2;\n"
-            "    material = { youngs_modulus = 1.0e4;  poisson_ratio = 0.3;  density = 1000.0; };"
-            "\n");
+            "    material = { youngs_modulus = 1.0e4;  poisson_ratio = 0.3;  density = 1000.0;%s };"
+            "\n",
+            p->whole ? "" : "  prestress = 800.0;");
     write_fixed(p, 0.35, out);
 }
 
