@@ -1,176 +1,185 @@
 // SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_tension.h"
 
+#include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
 #include <math.h>
 #include <string.h>
 
-// Cells between two points of a fibre. A fibre without points between its ends is a string: it
-// bends a slender flap like a bow (Euler: at 12 (stress/E) (length/thickness)^2 > pi^2). With
-// points at most 2 cells apart that takes a stress of 0.2 E even in a flap of one cell.
-enum { SPACING = 1 };
 // A fibre's pull falls where it is shorter than this share of its length at rest, so that it has a
 // direction, and a bounded stiffness, down to the length 0.
 static const double SOFT = 0.25;
+// A fibre that only grazes the body is too short to pull [cells].
+static const double SHORTEST = 0.5;
 
 // ---------------------------------------------------------------------------------------------
 // Fibres
 
-// A fibre that is being traced, in cells.
+// Where a fibre that is being traced is: lengths in cells.
 typedef struct Trace {
-    int cell[3], id;
-    double at[3], direction[3];
-    double length, pull;           // of the present segment; pull: stress [Pa] times length
-    double last_length, last_pull; // of the one before it
+    int leaf, cell[3];         // which it is about to leave
+    long grid;                 // that cell in the lattice's grid
+    double start[3], along[3]; // along: unit
+    double way, next[3],
+        step[3];   // from the start; to the next planes along each axis; between them
+    int material;  // whose stress is
+    double stress; // along the fibre [Pa]
+    // The present segment and the one before it: since when, where, and stress times length.
+    double since[2], from[2][3], pull[2];
     int points;
 } Trace;
 
 // Returns the stress of a material along a direction [Pa].
-static double stress_along(const CutTension *tension, int material, const double direction[3])
+static double stress_along(const CutTension *tension, int material, const double along[3])
 {
-    const Vec3 *of = &tension->direction[material - 1];
-    const double along = of->x * direction[0] + of->y * direction[1] + of->z * direction[2];
-    const bool all = of->x == 0.0 && of->y == 0.0 && of->z == 0.0;
-    return tension->stress[material - 1] * (all ? 1.0 : along * along);
+    const double *of = tension->direction[material - 1];
+    const double part = of[0] * along[0] + of[1] * along[1] + of[2] * along[2];
+    return tension->stress[material - 1] * (tension->all[material - 1] ? 1.0 : part * part);
 }
 
-// Puts a point on the face of a cell, a leaf, where the trace is.
-static void put_point(CutTension *tension, Trace *trace, int cell, int direction)
+// Sets out from a square into the tissue. Returns the area that the fibre stands for [m2]; 0: it
+// runs along the square.
+static double set_out(const CutTension *tension, int square, Trace *trace)
+{
+    const CutLattice *lattice = tension->faces->lattice;
+    const int code = tension->faces->square[square], side = code % SQUARE_DIRECTIONS;
+    const int axis = side / 2, up = side % 2;
+    *trace = (Trace){.leaf = code / SQUARE_DIRECTIONS};
+    const CutElement *element = &lattice->element[trace->leaf];
+    const double *to = tension->direction[element->material - 1];
+    const bool all = tension->all[element->material - 1];
+    const double sign = up == (to[axis] > 0.0) ? -1.0 : 1.0;
+    memcpy(trace->cell, element->cell, sizeof trace->cell);
+    trace->grid = cut_parts_grid(lattice, trace->cell[0], trace->cell[1], trace->cell[2]);
+    // The planes that it will cross.
+    for (int k = 0; k < 3; k++) {
+        trace->start[k] = trace->cell[k] + (k == axis ? up : 0.5);
+        trace->along[k] = all ? (k == axis) * (up ? -1.0 : 1.0) : sign * to[k];
+        const bool crosses = fabs(trace->along[k]) > 1e-9;
+        trace->step[k] = crosses ? 1.0 / fabs(trace->along[k]) : (double)INFINITY;
+        trace->next[k] = crosses ? trace->step[k] * (k == axis ? 1.0 : 0.5) : (double)INFINITY;
+    }
+    const double flux = fabs(trace->along[axis]);
+    return flux < 0.01 ? 0.0 : flux * tension->size * tension->size;
+}
+
+// Puts a point where the fibre crosses a face of a leaf at a cell.
+static void put_point(CutTension *tension, Trace *trace, int leaf, const int cell[3], int face)
 {
     TensionPoint *to = &tension->point[tension->count++];
-    const CutLattice *lattice = tension->faces->lattice;
-    const int *low = lattice->element[cell].cell, *corner = SQUARE_CORNER[direction];
-    double share[3] = {0.0, 0.0, 0.0};
+    const int *vertex = tension->faces->lattice->corner[leaf], *corner = SQUARE_CORNER[face];
+    const int axis = face / 2;
+    double share[3], *from = trace->from[0];
     // Where it is within the face, rounded so that weights are exact.
-    for (int k = 0; k < 3; k++)
-        share[k] = rint(1024.0 * fmin(fmax(trace->at[k] - low[k], 0.0), 1.0)) / 1024.0;
+    for (int k = 0; k < 3; k++) {
+        const double at = trace->start[k] + trace->way * trace->along[k] - cell[k];
+        share[k] = k == axis ? face % 2 : rint(1024.0 * fmin(fmax(at, 0.0), 1.0)) / 1024.0;
+        from[k] = cell[k] + share[k];
+    }
+    share[axis] = 1.0;
     for (int c = 0; c < 4; c++) {
         double weight = 1.0;
         for (int k = 0; k < 3; k++)
-            if (k != direction / 2)
-                weight *= corner[c] >> k & 1 ? share[k] : 1.0 - share[k];
-        to->vertex[c] = lattice->corner[cell][corner[c]];
+            weight *= k == axis || (corner[c] >> k & 1) ? share[k] : 1.0 - share[k];
+        to->vertex[c] = vertex[corner[c]];
         to->weight[c] = (float)weight;
     }
     to->pull = 0.0;
     trace->points++;
 }
 
-// Ends a segment at the last point.
-static void end_segment(CutTension *tension, Trace *trace, double area)
-{
-    TensionPoint *from = &tension->point[tension->count - 2];
-    const double(*rest)[3] = (const double(*)[3])tension->vertices->rows.rest;
-    // Between the rounded points: a force off their line would have a moment.
-    for (int k = 0; k < 3; k++) {
-        from->along[k] = 0.0;
-        for (int c = 0; c < 4; c++)
-            from->along[k] += (double)from[1].weight[c] * rest[from[1].vertex[c]][k] -
-                              (double)from->weight[c] * rest[from->vertex[c]][k];
-    }
-    from->pull = area * trace->pull / trace->length;
-    trace->last_length = trace->length, trace->last_pull = trace->pull;
-    trace->length = trace->pull = 0.0;
-}
-
-// Moves to the next face; returns its direction.
+// Moves to the next face; returns its direction. `cell` and `grid` then are beyond it.
 static int advance(const CutTension *tension, Trace *trace)
 {
-    double nearest = (double)INFINITY;
-    int axis = 0;
-    for (int k = 0; k < 3; k++) {
-        const double d = trace->direction[k];
-        if (d == 0.0)
-            continue;
-        const double way = fmax(0.0, (trace->cell[k] + (d > 0.0) - trace->at[k]) / d);
-        if (way < nearest)
-            nearest = way, axis = k;
+    const CutLattice *lattice = tension->faces->lattice;
+    const double *next = trace->next;
+    const int axis =
+        next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+    const int up = trace->along[axis] > 0.0, material = lattice->element[trace->leaf].material;
+    if (material != trace->material) {
+        trace->material = material;
+        trace->stress = stress_along(tension, material, trace->along);
     }
-    const bool up = trace->direction[axis] > 0.0;
-    for (int k = 0; k < 3; k++)
-        trace->at[k] += nearest * trace->direction[k];
-    trace->at[axis] = trace->cell[axis] + up;
-    trace->length += nearest;
-    const int material = tension->faces->lattice->element[trace->id].material;
-    trace->pull += nearest * stress_along(tension, material, trace->direction);
+    trace->pull[0] += (next[axis] - trace->way) * trace->stress;
+    trace->way = next[axis];
+    trace->next[axis] += trace->step[axis];
+    // One cell along the axis.
+    const long stride = axis == 0 ? 1
+                                  : cut_parts_grid(lattice, 0, axis == 1, axis == 2) -
+                                        cut_parts_grid(lattice, 0, 0, 0);
+    trace->cell[axis] += up ? 1 : -1;
+    trace->grid += up ? stride : -stride;
     return 2 * axis + up;
 }
 
-// True if all corners of a face of a leaf are fixed.
-static bool is_fixed(const CutTension *tension, int cell, int direction)
+static bool is_fixed(const CutTension *tension, int leaf, int face)
 {
-    bool fixed = true;
-    for (int c = 0; c < 4; c++)
-        fixed &= vertices_is_fixed(
-            tension->vertices, tension->faces->lattice->corner[cell][SQUARE_CORNER[direction][c]]);
-    return fixed;
+    const int *vertex = tension->faces->lattice->corner[leaf], *corner = SQUARE_CORNER[face];
+    const Vertices *vertices = tension->vertices;
+    return vertices_is_fixed(vertices, vertex[corner[0]]) &&
+           vertices_is_fixed(vertices, vertex[corner[1]]) &&
+           vertices_is_fixed(vertices, vertex[corner[2]]) &&
+           vertices_is_fixed(vertices, vertex[corner[3]]);
 }
 
-// Sets out from a square. Returns the area that the fibre stands for [m2], 0: there is none.
-static double set_out(const CutTension *tension, int square, Trace *trace)
+// Ends the present segment at the point put last.
+static void end_segment(CutTension *tension, Trace *trace, const double from[3], double area)
 {
-    const CutLattice *lattice = tension->faces->lattice;
-    const int code = tension->faces->square[square], side = code % SQUARE_DIRECTIONS;
-    const int axis = side / 2, up = side % 2;
-    *trace = (Trace){.id = code / SQUARE_DIRECTIONS};
-    const CutElement *element = &lattice->element[trace->id];
-    const Vec3 *along = &tension->direction[element->material - 1];
-    const double to[3] = {along->x, along->y, along->z};
-    const double sign = (up ? -1.0 : 1.0) * (to[axis] < 0.0 ? -1.0 : 1.0);
-    const bool all = to[0] == 0.0 && to[1] == 0.0 && to[2] == 0.0;
-    for (int k = 0; k < 3; k++) {
-        trace->cell[k] = element->cell[k];
-        trace->at[k] = element->cell[k] + (k == axis ? up : 0.5);
-        trace->direction[k] = all ? sign * (k == axis) : sign * to[k];
-    }
-    // Fibres along the face do not cross it.
-    const double flux = fabs(trace->direction[axis]);
-    return flux < 0.01 ? 0.0 : flux * tension->size * tension->size;
+    TensionPoint *begin = &tension->point[tension->count - 2];
+    // Between the rounded points: a force off their line would have a moment.
+    for (int k = 0; k < 3; k++)
+        begin->along[k] = tension->size * (trace->from[0][k] - from[k]);
+    begin->pull = area * trace->pull[0] / (trace->way - trace->since[0]);
 }
 
 // Follows a fibre from a square to its other end. False: no room.
 static bool trace_fibre(CutTension *tension, int square, int spacing)
 {
     const CutLattice *lattice = tension->faces->lattice;
+    const int cells = lattice->level_first[1], first = tension->count;
     Trace trace;
-    const int first = tension->count;
     const double area = set_out(tension, square, &trace);
-    double whole = 0.0;
     if (area == 0.0)
         return true;
     if (tension->count + 2 > tension->capacity)
         return false;
-    put_point(tension, &trace, trace.id, tension->faces->square[square] % SQUARE_DIRECTIONS);
+    put_point(tension, &trace, trace.leaf, trace.cell,
+              tension->faces->square[square] % SQUARE_DIRECTIONS);
     for (bool ended = false; !ended;) {
-        const int face = advance(tension, &trace), axis = face / 2, up = face % 2;
-        trace.cell[axis] += up ? 1 : -1;
-        const int next = cut_lattice_cell(lattice, trace.cell[0], trace.cell[1], trace.cell[2]);
-        const bool leaf = cut_lattice_is_leaf(lattice, trace.id);
-        const bool open = next >= 0 && cut_lattice_is_open(lattice, up ? trace.id : next, axis);
-        ended = next < 0 || open || (leaf && is_fixed(tension, trace.id, face));
-        const bool beyond = next >= 0 && cut_lattice_is_leaf(lattice, next);
+        int here[3];
+        memcpy(here, trace.cell, sizeof here);
+        const int face = advance(tension, &trace), leaf = trace.leaf;
+        const int next = lattice->scratch->grid[trace.grid];
+        const bool near = leaf < cells, far = next >= 0 && next < cells;
+        const bool open = near && far && (lattice->broken[face % 2 ? leaf : next] >> face / 2 & 1);
+        ended = next < 0 || open || (near && is_fixed(tension, leaf, face));
+        trace.leaf = next;
         // Outside of finest cells there is no face to hold a point.
-        if ((ended || trace.length >= spacing) && (leaf || beyond)) {
-            if (tension->count == tension->capacity)
-                return false;
-            whole += trace.length;
-            // The last segment is at least a cell long.
-            if (ended && trace.length < 1.0 && trace.points > 1) {
-                tension->count--, trace.points--;
-                trace.length += trace.last_length, trace.pull += trace.last_pull;
-            }
-            put_point(tension, &trace, leaf ? trace.id : next, leaf ? face : face ^ 1);
-            end_segment(tension, &trace, area);
-            // Between two cuts the fibres of both sides take half of the tension each.
-            if (open)
-                for (int p = first; p < tension->count; p++)
-                    tension->point[p].pull *= 0.5;
+        const double length = trace.way - trace.since[0];
+        if (!(ended || length >= spacing) || !(near || far))
+            continue;
+        if (tension->count == tension->capacity)
+            return false;
+        // The last segment is at least a cell long.
+        const bool joins = ended && length < 1.0 && trace.points > 1;
+        double from[3];
+        memcpy(from, trace.from[joins], sizeof from);
+        if (joins) {
+            tension->count--;
+            trace.pull[0] += trace.pull[1], trace.since[0] = trace.since[1];
         }
-        trace.id = next;
+        memcpy(trace.from[1], from, sizeof from);
+        put_point(tension, &trace, near ? leaf : next, near ? here : trace.cell,
+                  near ? face : face ^ 1);
+        end_segment(tension, &trace, from, area);
+        trace.pull[1] = trace.pull[0], trace.since[1] = trace.since[0];
+        trace.pull[0] = 0.0, trace.since[0] = trace.way;
+        // Between two cuts the fibres of both sides take half of the tension each.
+        for (int p = first; open && p < tension->count; p++)
+            tension->point[p].pull *= 0.5;
     }
-    // One that only grazes the body is too short to pull.
-    if (whole < 0.5)
+    if (trace.way < SHORTEST)
         tension->count = first;
     return true;
 }
@@ -180,7 +189,7 @@ void cut_tension_follow(CutTension *tension)
     const CutFaces *faces = tension->faces;
     // Where there is no room for all points, fewer on each; two always fit.
     bool fits = false;
-    for (int spacing = SPACING; !fits; spacing *= 2) {
+    for (int spacing = tension->spacing; !fits; spacing *= 2) {
         tension->count = 0;
         fits = true;
         for (int s = faces->outer_squares; s < *faces->shown && fits; s++)
@@ -275,9 +284,9 @@ double cut_tension_energy(const CutTension *tension, const void *rows, double sc
 void cut_tension_add_stress(const CutTension *tension, int material, double scale,
                             const double (*rotation)[3], double (*stress)[3])
 {
-    const Vec3 *of = &tension->direction[material - 1];
-    const double p = scale * tension->stress[material - 1], a[3] = {of->x, of->y, of->z};
-    const bool all = a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0;
+    const double *a = tension->direction[material - 1];
+    const double p = scale * tension->stress[material - 1];
+    const bool all = tension->all[material - 1];
     for (int i = 0; i < 3; i++) {
         const double along = rotation[i][0] * a[0] + rotation[i][1] * a[1] + rotation[i][2] * a[2];
         for (int k = 0; k < 3; k++)
@@ -286,6 +295,21 @@ void cut_tension_add_stress(const CutTension *tension, int material, double scal
 }
 
 // ---------------------------------------------------------------------------------------------
+
+// Returns the most cells between two points of a fibre. One without points between its ends is a
+// string, which bends a slender flap like a bow: a flap of one cell buckles between points s cells
+// apart at stress / E = q / (1 + 2 q), q = pi^2 / (12 s^2) (Euler, with the flexibility in shear by
+// Engesser). Half as much again for certainty.
+static int choose_spacing(double strain)
+{
+    int spacing = 4;
+    for (double q; spacing > 1; spacing--) {
+        q = 9.8696 / (12.0 * spacing * spacing);
+        if (q / (1.0 + 2.0 * q) >= 1.5 * strain)
+            break;
+    }
+    return spacing;
+}
 
 CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making, Arena *arena)
 {
@@ -299,23 +323,31 @@ CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making,
         return NULL;
     CutTension *tension = ALLOCATE(ARENA_STEP, 1, CutTension, "tension");
     double *stress = ALLOCATE(ARENA_STEP, materials, double, "tensions");
-    Vec3 *direction = ALLOCATE(ARENA_STEP, materials, Vec3, "directions of tension");
+    double(*direction)[3] = arena_allocate(arena, ARENA_STEP, (size_t)materials, sizeof *direction,
+                                           "%s/directions of tension", name);
+    bool *all = ALLOCATE(ARENA_STEP, materials, bool, "tensions without direction");
+    double strain = 0.0;
     for (int m = 0; m < materials; m++) {
-        const Vec3 axis = options->material[m].prestress_axis;
-        const double length = vec3_length(axis);
-        stress[m] = options->material[m].prestress;
-        if (length > 0.0)
-            direction[m] =
-                quat_rotate(quat_conjugate(options->lattice->turn), vec3_scale(1.0 / length, axis));
+        const SolidMaterial *material = &options->material[m];
+        const double length = vec3_length(material->prestress_axis);
+        stress[m] = material->prestress;
+        strain = fmax(strain, stress[m] / material->youngs_modulus);
+        all[m] = !(length > 0.0);
+        if (all[m])
+            continue;
+        const Vec3 unit = quat_rotate(quat_conjugate(options->lattice->turn),
+                                      vec3_scale(1.0 / length, material->prestress_axis));
+        direction[m][0] = unit.x, direction[m][1] = unit.y, direction[m][2] = unit.z;
     }
-    // Ends of all fibres, and points between them.
+    // Room for the ends of all fibres, and for points between them.
     const int squares = faces->square_capacity - faces->outer_squares;
     *tension = (CutTension){.faces = faces,
                             .vertices = faces->vertices,
                             .size = options->lattice->size,
-                            .material_count = materials,
+                            .spacing = choose_spacing(strain),
                             .stress = stress,
-                            .direction = direction,
+                            .direction = (const double(*)[3])direction,
+                            .all = all,
                             .most = most,
                             .capacity = 2 * squares + faces->cell_count};
     tension->point = ALLOCATE(ARENA_STEP, tension->capacity, TensionPoint, "fibres under tension");

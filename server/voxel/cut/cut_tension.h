@@ -22,11 +22,12 @@ typedef struct TensionPoint {
 typedef struct CutTension {
     const CutFaces *faces;
     const Vertices *vertices;
-    double size; // edge of a finest cell [m]
-    int material_count;
-    const double *stress;  // [material_count] [Pa]
-    const Vec3 *direction; // [material_count] unit, in the axes of the rows; 0: all directions
-    double most;           // largest stress [Pa]
+    double size;                  // edge of a finest cell [m]
+    int spacing;                  // most cells between two points of a fibre, where there is room
+    const double *stress;         // [material] [Pa]
+    const double (*direction)[3]; // [material] unit, in the axes of the rows
+    const bool *all;              // [material] the same in all directions
+    double most;                  // largest stress [Pa]
     // --- follows from the lattice and the squares ---
     int count, capacity;
     TensionPoint *point;
