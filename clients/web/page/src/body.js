@@ -7,8 +7,10 @@ import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSid
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
+import { Seam } from './seam.js';
 import { AT_CUT, KIND, applyLook, tissueMaterial } from './tissue.js';
 
+const SINK = 0.4;     // of a mean edge: so much deeper walls of cuts count, or the closed ones show in front of the surface
 const FINE = 1 / 60; // edges of a fine mesh are shorter than this part of its size
 
 /** The nodes at rims: of outer triangles and of walls of cuts. */
@@ -65,6 +67,7 @@ export class Body {
         this.dressed = false; // its material is set
         this.box = new Float32Array(6);
         this.restShape = new RestShape();
+        this.seam = new Seam();
         this.group = new Group();
         this.show = { wireframe: false, springs: false };
     }
@@ -185,6 +188,7 @@ export class Body {
         ends.setUsage(DynamicDrawUsage);
         this.springs.geometry.setAttribute('position', ends);
         this.group.clear();
+        this.group.add(this.seam.mesh);
         for (const part of [this.surface, this.edges, this.anchors, this.springs]) {
             part.frustumCulled = false; // its bounds would be recomputed for every frame
             part.visible = false;
@@ -193,7 +197,7 @@ export class Body {
     }
 
     dispose() {
-        for (const part of [this.surface, this.edges, this.anchors, this.springs])
+        for (const part of [this.surface, this.edges, this.anchors, this.springs, this.seam.mesh])
             part?.geometry.dispose();
     }
 
@@ -250,7 +254,9 @@ export class Body {
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
         if (!this.dressed || this.textured !== textured) this.dress(textured);
+        this.seam.take(this.index, this.m, this.outer, this.n, this.twin, this.size());
         const { material } = this.surface;
+        material.uniforms.sink.value = SINK * meanEdge(this.index, this.m, this.rest);
         material.side = this.closed ? FrontSide : DoubleSide;
         material.userData.rim = this.model !== 'voxel' && this.lips > 0;
         applyLook(material);
@@ -335,6 +341,7 @@ export class Body {
         if (this.moved) addNormals(this.index, this.m, this.position, this.normal);
         if (this.shown) this.chooseTriangles(view);
         if (springs) this.fillSprings();
+        if (this.moved) this.seam.place(this.position);
         this.moved = false;
     }
 

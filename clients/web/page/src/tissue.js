@@ -68,7 +68,7 @@ const vertexShader = /* glsl */ `
 attribute vec3 rest;
 attribute vec4 info; // level, piece, at a cut, kind of wall: KIND
 uniform vec3 tissue, flesh, palette[8];
-uniform float grain;
+uniform float grain, sink; // sink: of walls of cuts [m], body.js
 uniform vec4 capsule[${2 * CAPSULES}]; // of tools: one end and the radius, the other end
 ${COMMON}
 #ifdef THREE_SIDES
@@ -96,6 +96,10 @@ void main() {
     vec3 outward = normal * inversesqrt(max(dot(normal, normal), 1e-30));
     vec3 n = normalMatrix * outward;
     float shade = shadeAt(outward), kind = info.w;
+    if (kind > 1.5) {
+        float deeper = eye.z - sink;
+        gl_Position.z = (projectionMatrix[2].z * deeper + projectionMatrix[3].z) / -deeper * gl_Position.w;
+    }
 #ifdef COLOURED
     vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
 #else
@@ -256,7 +260,7 @@ export function tissueMaterial({ number, model, grain, image, own, plain, fine }
             lipColour: { value: new Color(0xf2c230) },
             // A solid shows inner faces, all of whose nodes are at the cut; a wall has a rim.
             lipEdge: { value: model === 'voxel' ? { x: 0.9, y: 0.999 } : { x: 0.35, y: 0.75 } },
-            grain: { value: grain }, image: { value: image },
+            grain: { value: grain }, image: { value: image }, sink: { value: 0 },
         },
     });
     material.userData.fine = plain && fine && !own;
