@@ -5,11 +5,12 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
     LineSegments, Mesh, Points, PointsMaterial } from 'three';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
-import { addNormals, boxOf, isClosed, markInner } from './normals.js';
+import { addLitNormals, addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { Seam } from './seam.js';
 import { AT_CUT, KIND, applyLook, tissueMaterial } from './tissue.js';
 
+const FOLD = 0.04;     // of its size: a fold with this radius of curvature is in shade
 const SINK = 0.4;     // of a mean edge: so much deeper walls of cuts count, or the closed ones show in front of the surface
 const FINE = 1 / 60; // edges of a fine mesh are shorter than this part of its size
 
@@ -162,6 +163,7 @@ export class Body {
         this.position = add('position', new Float32Array(3 * n), 3);
         this.position.set(old.length <= 3 * n ? old : old.subarray(0, 3 * n));
         this.normal = add('normal', new Float32Array(3 * n), 3);
+        this.bend = new Float32Array(3 * n);
         this.rest = add('rest', new Float32Array(3 * n), 3);
         this.restNormal = add('restNormal', new Float32Array(3 * n), 3);
         this.uv = add('uv', new Float32Array(2 * n), 2);
@@ -338,7 +340,7 @@ export class Body {
         this.edges.visible = wireframe;
         this.anchors.visible = this.springs.visible = springs;
         if (wireframe && !this.edgesValid) this.findEdges();
-        if (this.moved) addNormals(this.index, this.m, this.position, this.normal);
+        if (this.moved) addLitNormals(this.index, this.m, this.position, this.normal, this.bend, FOLD * this.size());
         if (this.shown) this.chooseTriangles(view);
         if (springs) this.fillSprings();
         if (this.moved) this.seam.place(this.position);

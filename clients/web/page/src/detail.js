@@ -157,7 +157,7 @@ export function finerMeshes(index, m, n) {
 
 /**
  * Puts the first `count` middles, nodes from n on, between their ends, and gives them normals: on the cubic curve that
- * leaves both ends at right angles to their normals (curved PN triangles, Vlachos et al. 2001).
+ * leaves both ends at right angles to their normals (curved PN triangles, Vlachos et al. 2001). Normals have any length.
  */
 export function placeMiddles({ ends, straight }, count, n, position, normal) {
     for (let k = 0; k < count; k++) {
@@ -172,9 +172,11 @@ export function placeMiddles({ ends, straight }, count, n, position, normal) {
         position[at] = 0.5 * (position[a] + position[b]) - from * ax + to * bx;
         position[at + 1] = 0.5 * (position[a + 1] + position[b + 1]) - from * ay + to * by;
         position[at + 2] = 0.5 * (position[a + 2] + position[b + 2]) - from * az + to * bz;
-        normal[at] = ax + bx;
-        normal[at + 1] = ay + by;
-        normal[at + 2] = az + bz;
+        // As long as the mean of both: addLitNormals.
+        const scale = (la > 0 && lb > 0 ? 0.5 / la + 0.5 / lb : 1) / Math.max(Math.hypot(ax + bx, ay + by, az + bz), 1e-9);
+        normal[at] = scale * (ax + bx);
+        normal[at + 1] = scale * (ay + by);
+        normal[at + 2] = scale * (az + bz);
     }
 }
 

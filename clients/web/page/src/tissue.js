@@ -92,10 +92,11 @@ void main() {
 #ifndef PLAIN
     vEye = eye.xyz;
 #endif
-    // Summed triangle normals: long where triangles are large, zero without triangles.
-    vec3 outward = normal * inversesqrt(max(dot(normal, normal), 1e-30));
+    // As long as the light that reaches a fold; zero without triangles.
+    float open = length(normal);
+    vec3 outward = normal / max(open, 1e-15);
     vec3 n = normalMatrix * outward;
-    float shade = shadeAt(outward), kind = info.w;
+    float shade = shadeAt(outward) * open, kind = info.w;
     if (kind > 1.5) {
         float deeper = eye.z - sink;
         gl_Position.z = (projectionMatrix[2].z * deeper + projectionMatrix[3].z) / -deeper * gl_Position.w;
