@@ -7,7 +7,7 @@ import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSid
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addLitNormals, addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
-import { Seam } from './seam.js';
+import { findMates, joinNormals, Seam } from './seam.js';
 import { AT_CUT, KIND, applyLook, tissueMaterial } from './tissue.js';
 
 const FOLD = 0.04;     // of its size: a fold with this radius of curvature is in shade
@@ -69,6 +69,8 @@ export class Body {
         this.box = new Float32Array(6);
         this.restShape = new RestShape();
         this.seam = new Seam();
+        this.mates = [];      // pairs of nodes that a cut parted
+        this.edge = 0;        // mean [m]
         this.group = new Group();
         this.show = { wireframe: false, springs: false };
     }
@@ -111,6 +113,9 @@ export class Body {
         const nodes = this.n + this.twin.length + this.finer.straight.length;
         if (nodes > this.capacityNodes() || this.levels[0].m > this.drawn.length) this.grow(nodes, this.levels[0].m);
         this.outer = outer;
+        const surface = new Uint8Array(this.n);
+        for (let i = 0; i < (outer || m); i++) surface[this.index[i]] = 1;
+        this.mates = this.model === 'voxel' ? findMates(mesh.id, mesh.origin, surface) : [];
         this.fillInfo(mesh);
         this.edgesValid = false;
     }
@@ -258,7 +263,8 @@ export class Body {
         if (!this.dressed || this.textured !== textured) this.dress(textured);
         this.seam.take(this.index, this.m, this.outer, this.n, this.twin, this.size());
         const { material } = this.surface;
-        material.uniforms.sink.value = SINK * meanEdge(this.index, this.m, this.rest);
+        this.edge = meanEdge(this.index, this.m, this.rest);
+        material.uniforms.sink.value = SINK * this.edge;
         material.side = this.closed ? FrontSide : DoubleSide;
         material.userData.rim = this.model !== 'voxel' && this.lips > 0;
         applyLook(material);
@@ -340,10 +346,13 @@ export class Body {
         this.edges.visible = wireframe;
         this.anchors.visible = this.springs.visible = springs;
         if (wireframe && !this.edgesValid) this.findEdges();
-        if (this.moved) addLitNormals(this.index, this.m, this.position, this.normal, this.bend, FOLD * this.size());
+        if (this.moved) {
+            addLitNormals(this.index, this.m, this.position, this.normal, this.bend, FOLD * this.size());
+            joinNormals(this.mates, this.position, this.normal, SINK * this.edge);
+        }
         if (this.shown) this.chooseTriangles(view);
         if (springs) this.fillSprings();
-        if (this.moved) this.seam.place(this.position);
+        this.seam.place(this.position, this.moved);
         this.moved = false;
     }
 

@@ -13,16 +13,19 @@ attribute vec3 other;  // the edge's other end
 attribute vec2 corner; // -1 or 1: across; along, 1 at the second end
 uniform float wide;    // [m]
 uniform vec2 window;   // [pixels]
-varying float vAcross;
+varying float vAcross, vBeyond;
+const float BEYOND = 0.2;
 void main() {
     vec4 eye = modelViewMatrix * vec4(position, 1.0), end = modelViewMatrix * vec4(other, 1.0);
     vec4 at = projectionMatrix * eye, to = projectionMatrix * end;
     vec2 way = (to.xy / to.w - at.xy / at.w) * window * corner.y;
-    way *= inversesqrt(max(dot(way, way), 1e-12));
+    float length_ = max(length(way), 1e-6);
+    way /= length_;
     // Half its width in pixels, and a little beyond its end, where the next edge joins.
     float half_ = 0.5 * max(wide * projectionMatrix[1].y / at.w * 0.5 * window.y, ${PIXELS.toFixed(1)});
-    vec2 off = half_ * (vec2(-way.y, way.x) * corner.x - 0.15 * way * corner.y);
+    vec2 off = half_ * (vec2(-way.y, way.x) * corner.x - BEYOND * way * corner.y);
     vAcross = corner.x;
+    vBeyond = corner.y * (1.0 + 2.0 * BEYOND * half_ / (0.5 * length_)); // -1 and 1: the ends
     // As if nearer by its width, or the surface beside it hides a half.
     float nearer = eye.z + wide;
     at.z = (projectionMatrix[2].z * nearer + projectionMatrix[3].z) / -nearer * at.w;
@@ -31,17 +34,50 @@ void main() {
 
 const fragmentShader = /* glsl */ `
 uniform float silent;
-varying float vAcross;
+varying float vAcross, vBeyond;
 void main() {
     float a = abs(vAcross), line = 1.0 - smoothstep(0.24, 0.42, a);
     vec3 colour = mix(vec3(0.30, 0.05, 0.04), vec3(0.64, 0.05, 0.055), line);
     colour = mix(colour, vec3(0.28), silent);
-    gl_FragColor = vec4(colour, max(line, 0.45 * (1.0 - a)));
+    gl_FragColor = vec4(colour, max(line, abs(vBeyond) > 1.0 ? 0.0 : 0.45 * (1.0 - a)));
 }`;
+
+/**
+ * Pairs of nodes that a cut parted, both of the surface: nodes of `slots` [n] that were split from one (`origin`, `id`).
+ */
+export function findMates(id, origin, slots) {
+    const first = new Map(), pairs = [];
+    for (let i = 0; i < id.length; i++) {
+        if (id[i] < 0 || !slots[i]) continue;
+        const mate = first.get(origin[i]);
+        if (mate === undefined) first.set(origin[i], i);
+        else pairs.push(mate, i);
+    }
+    return Uint32Array.from(pairs);
+}
+
+/** Where a cut is closed the surface is shaded as if it were whole; `near` [m]: a gap that ends that. */
+export function joinNormals(pairs, position, normal, near) {
+    const own = [0, 0, 0];
+    for (let k = 0; k < pairs.length; k += 2) {
+        const a = 3 * pairs[k], b = 3 * pairs[k + 1];
+        const gap = Math.hypot(position[a] - position[b], position[a + 1] - position[b + 1], position[a + 2] - position[b + 2]);
+        const weight = 1 - gap / near;
+        if (weight <= 0) continue;
+        for (let c = 0; c < 3; c++) {
+            own[c] = normal[a + c];
+            normal[a + c] = blend(normal[a + c], normal[b + c], weight);
+            normal[b + c] = blend(normal[b + c], own[c], weight);
+        }
+    }
+}
+
+const blend = (mine, yours, weight) => mine + 0.5 * weight * (yours - mine);
 
 export class Seam {
     constructor() {
         this.edges = new Uint32Array(0);
+        this.placed = true;
         const material = new ShaderMaterial({ vertexShader, fragmentShader, transparent: true, depthWrite: false,
             side: DoubleSide,
             uniforms: { wide: { value: 0 }, window: { value: new Vector2() }, silent: { value: 0 } } });
@@ -71,6 +107,7 @@ export class Seam {
             sides(0, outer, (a, b) => { if (walls.has(key(a, b))) edges.push(a, b); });
         }
         this.edges = Uint32Array.from(edges);
+        this.placed = false;
         this.mesh.visible = edges.length > 0;
         this.mesh.material.uniforms.wide.value = WIDE * size;
         this.mesh.geometry.dispose();
@@ -88,9 +125,10 @@ export class Seam {
         geometry.setIndex(new BufferAttribute(corners, 1));
     }
 
-    /** Follows the nodes. */
-    place(position) {
-        if (!this.mesh.visible) return;
+    /** Follows the nodes, if they have moved. */
+    place(position, moved) {
+        if (!this.mesh.visible || (this.placed && !moved)) return;
+        this.placed = true;
         const { edges, mesh: { geometry: { attributes } } } = this;
         const here = attributes.position.array, there = attributes.other.array;
         for (let e = 0, to = 0; e < edges.length; e += 2)
