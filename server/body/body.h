@@ -152,6 +152,9 @@ typedef struct BodyOps {
     // nothing can be taken from the body. As cut.
     bool (*remove)(Body *body, const Removal *removal, RemovalOutcome *outcome,
                    TopologyChange *change);
+    // Lets heat of diathermy spread in the body for a tick [s], which coagulates tissue; NULL:
+    // nothing can heat it. True if it became stiffer: bounds of the step may have changed.
+    bool (*conduct)(Body *body, double tick);
     // Refines the surroundings of cuts, as much as fits a tick; NULL: never needed. As adapt.
     bool (*reconstruct)(Body *body, TopologyChange *change);
     // Moves positions by dt [s] with the current velocities; schemes of kicks only.

@@ -39,6 +39,15 @@ typedef struct Region {
     double radius; // [m]; for the plane: signed height below which nodes are found
 } Region;
 
+// Returns the distance of a point from a capsule's axis [m].
+static inline double region_distance(const Region *capsule, Vec3 x)
+{
+    const Vec3 axis = vec3_sub(capsule->to, capsule->from), d = vec3_sub(x, capsule->from);
+    const double square = vec3_dot(axis, axis);
+    const double t = square > 0.0 ? fmax(0.0, fmin(1.0, vec3_dot(d, axis) / square)) : 0.0;
+    return vec3_length(vec3_madd(d, -t, axis));
+}
+
 // A region prepared for testing many points, most of which lie outside of a box around it.
 typedef struct RegionTest {
     bool plane;

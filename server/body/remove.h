@@ -36,6 +36,8 @@ typedef struct RemovalOutcome {
     double area;        // of a wall [m2]; of a solid 0
     double mass;        // [kg]
     Vec3 momentum;      // that left with it [N s]
+    double heat;        // that diathermy gave [J]
+    double coagulated;  // volume of the body that is coagulated now, if diathermy acts [m3]
     int nodes_added, pieces, small_pieces; // of the body, after it; as CutOutcome
     int needed, room;                      // of CUT_NO_NODES, CUT_NO_FACES
 } RemovalOutcome;

@@ -166,6 +166,9 @@ static void print_cutting(const Body *body, const SceneBody *described, FILE *ou
         fprintf(out, ", tears at a stretch of %.6g", described->surface.tear_stretch);
     if (voxel == NULL && body->finest_level < described->options.levels)
         print_finest(body, described->options.levels, out);
+    if (body->ops->conduct != NULL)
+        fprintf(out, ", diathermy coagulates it: from then on %d substeps a tick",
+                body->finest_substeps);
     fprintf(out, "\n");
 }
 

@@ -63,7 +63,8 @@ bool removing_check(const Sim *sim)
             const Taking *taking = removing->taking[b] != NULL ? &removing->taking[b][k] : NULL;
             if (taking != NULL &&
                 (taking->removed < 0 || !isfinite(taking->volume) || !isfinite(taking->area) ||
-                 !isfinite(taking->mass) || !cutting_was(sim, taking->refused_step)))
+                 !isfinite(taking->mass) || !isfinite(taking->heat) ||
+                 !isfinite(taking->coagulated) || !cutting_was(sim, taking->refused_step)))
                 return false;
         }
     }
@@ -92,7 +93,13 @@ static void report_taken(Sim *sim, int b, int k)
 {
     Taking *taking = &sim->removing->taking[b][k];
     const int id = sim->tool[sim->removing->tool[k]].id;
-    if (taking->removed > 0 && taking->area > 0.0)
+    if (taking->heat > 0.0)
+        sim_report(sim, b, "remove",
+                   "tool %d: %.4g J heated body '%s', %lld cells removed, %.4g mm3, %.4g g; "
+                   "%.4g mm3 are coagulated",
+                   id, taking->heat, sim->body[b].name, (long long)taking->removed,
+                   1e9 * taking->volume, 1e3 * taking->mass, 1e9 * taking->coagulated);
+    else if (taking->removed > 0 && taking->area > 0.0)
         sim_report(sim, b, "remove", "tool %d: %lld faces of body '%s' removed, %.4g mm2, %.4g g",
                    id, (long long)taking->removed, sim->body[b].name, 1e6 * taking->area,
                    1e3 * taking->mass);
@@ -110,6 +117,7 @@ typedef struct Work {
     Removal removal;
     RemovalOutcome sum; // of all calls for a body; the verdict is the last one's
     bool reached;       // there was tissue to take
+    double left;        // heat that the bodies before did not take [J]
 } Work;
 
 static bool remove_once(Sim *sim, int b, void *context, TopologyChange *change)
@@ -118,6 +126,7 @@ static bool remove_once(Sim *sim, int b, void *context, TopologyChange *change)
     RemovalOutcome one = {.verdict = CUT_MET_NOTHING}, *sum = &work->sum;
     const bool changed = sim->body[b].ops->remove(&sim->body[b], &work->removal, &one, change);
     work->removal.volume -= one.volume + REMOVED_THICKNESS * one.area;
+    work->left = work->removal.heat > 0.0 ? work->removal.heat - one.heat : work->left;
     work->removal.heat = 0.0; // given once
     work->reached |= one.verdict == CUT_DONE;
     sum->verdict = one.verdict;
@@ -125,6 +134,8 @@ static bool remove_once(Sim *sim, int b, void *context, TopologyChange *change)
     sum->volume += one.volume;
     sum->area += one.area;
     sum->mass += one.mass;
+    sum->heat += one.heat;
+    sum->coagulated = one.coagulated;
     sum->needed = one.needed;
     sum->room = one.room;
     sum->pieces = one.pieces > 0 ? one.pieces : sum->pieces;
@@ -153,6 +164,8 @@ static void take_from(Sim *sim, int b, int k, Work *work)
     taking->volume += work->sum.volume;
     taking->area += work->sum.area;
     taking->mass += work->sum.mass;
+    taking->heat += work->sum.heat;
+    taking->coagulated = work->sum.coagulated;
     if (cut_refuses(work->sum.verdict))
         report_refusal(sim, b, k, &work->sum);
     cutting_note_pieces(sim, b, work->sum.pieces);
@@ -171,8 +184,9 @@ static void take(Sim *sim, int k)
                              .mouth = mouth_now(sim, t),
                              .volume = sucks ? credit : (double)INFINITY,
                              .tick = sim->tick}};
+    work.left = tool->removes == REMOVER_DIATHERMY ? tool->power * sim->tick : 0.0;
     for (int b = 0; b < sim->body_count; b++) {
-        work.removal.heat = tool->removes == REMOVER_DIATHERMY ? tool->power * sim->tick : 0.0;
+        work.removal.heat = work.left;
         if (sim->removing->taking[b] != NULL && !guard_is_frozen(sim, b))
             take_from(sim, b, k, &work);
     }

@@ -16,6 +16,8 @@ typedef struct Taking {
     int64_t removed;      // cells or faces
     double volume, area;  // [m3], [m2] at rest
     double mass;          // [kg]
+    double heat;          // [J]
+    double coagulated;    // of the body [m3]
     int64_t refused_step; // when a refusal was last reported
 } Taking;
 

@@ -22,6 +22,7 @@ typedef enum StageId {
     STAGE_LOADS,         // start and end loads
     STAGE_CUT,           // strokes of blades, tearing
     STAGE_REMOVE,        // take tissue away
+    STAGE_HEAT,          // let heat of diathermy spread
     STAGE_RECONSTRUCT,   // refine the surroundings of cuts
     STAGE_ADAPT,         // refine and coarsen
     STAGE_GRASP,         // grasp and release

@@ -97,6 +97,27 @@ static bool has_levels_to_cut(const Sim *sim)
     return false;
 }
 
+static bool has_heat(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->conduct != NULL)
+            return true;
+    return false;
+}
+
+// Lets heat spread. What becomes stiffer stores more energy, and may need shorter steps.
+static void conduct_heat(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++) {
+        Body *body = &sim->body[b];
+        if (body->ops->conduct == NULL || guard_is_frozen(sim, b) ||
+            !body->ops->conduct(body, sim->tick))
+            continue;
+        guard_renew(sim, b);
+        time_step_follow(sim, body);
+    }
+}
+
 static bool has_levels(const Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++)
@@ -587,6 +608,7 @@ static const struct {
     [STAGE_LOADS] = {"loads", has_loads, start_and_end_loads},
     [STAGE_CUT] = {"cut", has_cuts, cutting_stage},
     [STAGE_REMOVE] = {"remove", has_removers, removing_stage},
+    [STAGE_HEAT] = {"heat", has_heat, conduct_heat},
     [STAGE_RECONSTRUCT] = {"reconstruct", has_levels_to_cut, reconstruct_stage},
     [STAGE_ADAPT] = {"adapt", has_levels, adapt_bodies},
     [STAGE_GRASP] = {"grasp", has_attachments, grasp_and_release},

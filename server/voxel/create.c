@@ -318,9 +318,8 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
 {
     const VoxelOptions *options = making->options;
     const bool tears = options->tear_stress > 0.0 || options->tear_force > 0.0;
-    const BodyOps *ops = model->cuts == NULL ? &voxel_ops
-                         : tears             ? &voxel_ops_of_tearing
-                                             : &voxel_ops_of_cuttable;
+    const BodyOps *ops =
+        model->cuts == NULL ? &voxel_ops : &voxel_ops_of_cuttable[tears][options->heats];
     // Mass, counts and bounds, which cuts will change.
     *body = body_of_options(&options->body, ops, model);
     for (int e = 0; e < making->mesh.element_count; e++)

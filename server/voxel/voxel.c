@@ -247,8 +247,12 @@ static const char *voxel_isa(const void *self)
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
                 .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
                 .account = cut_body_account, .sections = cut_body_sections
+#define TEARS .tear = cut_body_tear
+#define HEATS .conduct = cut_body_conduct
 
 // The pipeline has stages for operations that a body has.
 const BodyOps voxel_ops = {OPERATIONS};
-const BodyOps voxel_ops_of_cuttable = {OPERATIONS_OF_CUTTABLE};
-const BodyOps voxel_ops_of_tearing = {OPERATIONS_OF_CUTTABLE, .tear = cut_body_tear};
+const BodyOps voxel_ops_of_cuttable[2][2] = {
+    {{OPERATIONS_OF_CUTTABLE}, {OPERATIONS_OF_CUTTABLE, HEATS}},
+    {{OPERATIONS_OF_CUTTABLE, TEARS}, {OPERATIONS_OF_CUTTABLE, TEARS, HEATS}},
+};

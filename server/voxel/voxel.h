@@ -40,6 +40,7 @@ typedef struct VoxelOptions {
     // If it can be cut:
     int split_budget;    // elements divided per tick
     double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress
+    bool heats;          // diathermy can act on it (cut/cut_heat.h)
     double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
     double tick;         // [s]; of a body that has a field
     const TriMesh *skin; // display surface in place of the outer faces, or NULL

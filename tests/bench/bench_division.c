@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What cutting a graded voxel body costs: a face that breaks and a division that follows, by what
-// has to follow them; then ticks with a blade that goes through half of the body.
+// has to follow them; ticks with a blade that goes through half of the body; heat.
 #include "bench.h"
 
 #include "base/clock.h"
@@ -21,7 +21,7 @@ typedef struct World {
     VoxelCuts *cuts;
 } World;
 
-static bool world_create(World *world, int cells, const char *isa, Status *status)
+static bool world_create(World *world, int cells, bool heats, const char *isa, Status *status)
 {
     *world = (World){.sim = NULL};
     Lattice lattice = {0};
@@ -43,6 +43,7 @@ static bool world_create(World *world, int cells, const char *isa, Status *statu
                                   .body.contact_ratio = 0.5,
                                   .body.cuttable = true,
                                   .split_budget = 16,
+                                  .heats = heats,
                                   .body.isa = isa};
     const SimOptions sim = {.rate_hz = RATE, .tool_timeout_s = 10.0};
     world->sim = sim_create(&sim, &world->arena, &world->state);
@@ -172,7 +173,7 @@ static void run_parts(Bench *bench, int cells)
     Status status = {0};
     World world;
     Cost broken = {0}, divided = {0};
-    if (!world_create(&world, cells, bench->isa, &status)) {
+    if (!world_create(&world, cells, false, bench->isa, &status)) {
         bench_fail(bench, "voxel.cut.face", status.text);
         return;
     }
@@ -208,7 +209,7 @@ static void run_stroke(Bench *bench, int cells)
         return;
     Status status = {0};
     World world;
-    if (!world_create(&world, cells, bench->isa, &status)) {
+    if (!world_create(&world, cells, false, bench->isa, &status)) {
         bench_fail(bench, name, status.text);
         return;
     }
@@ -238,8 +239,56 @@ static void run_stroke(Bench *bench, int cells)
     world_destroy(&world);
 }
 
+// --- heat of diathermy ---
+
+// What a tick of an electrode in the middle of a side costs: finding the cells that it heats, and
+// heat that spreads through about 5000 of them.
+static void run_heat(Bench *bench, int cells)
+{
+    const char *name = "voxel.heat";
+    if (!bench_wants(bench, name))
+        return;
+    enum { WARM = 5000 };
+    Status status = {0};
+    World world;
+    if (!world_create(&world, cells, true, bench->isa, &status)) {
+        bench_fail(bench, name, status.text);
+        return;
+    }
+    CutHeat *heat = world.cuts->heat;
+    const Vertices *vertices = &((VoxelModel *)world.body->model)->vertices;
+    const Vec3 at = {-0.5 * SIZE * cells, 1e-4, 2e-4};
+    const Removal removal = {.kind = REMOVER_DIATHERMY,
+                             .mouth = {.from = at, .to = at, .radius = 1.5 * SIZE},
+                             .heat = 0.03};
+    for (int cell = 0; cell < WARM && cell < heat->cell_count; cell++)
+        heat->energy[cell] = (2.0 + cell % 7) * heat->capacity[0];
+    cut_heat_derive(heat);
+    const int ticks = bench->quick ? 10 : 2000;
+    double *give = malloc((size_t)ticks * sizeof *give),
+           *spread = malloc((size_t)ticks * sizeof *spread);
+    for (int tick = 0; tick < ticks; tick++) {
+        const int64_t begin = clock_now_ns();
+        cut_heat_give(heat, &vertices->rows, vertices_row(vertices), &removal);
+        const int64_t middle = clock_now_ns();
+        cut_heat_spread(heat, 1.0 / RATE);
+        give[tick] = 1e-3 * (double)(middle - begin);
+        spread[tick] = 1e-3 * (double)(clock_now_ns() - middle);
+    }
+    bench_sort(give, ticks);
+    bench_sort(spread, ticks);
+    bench_row(bench, name, cells, "warm", heat->warm_count, "1");
+    bench_row(bench, name, cells, "give", give[ticks / 2], "us");
+    bench_row(bench, name, cells, "spread", spread[ticks / 2], "us");
+    bench_row(bench, name, cells, "spread_p99", spread[ticks * 99 / 100], "us");
+    free(give);
+    free(spread);
+    world_destroy(&world);
+}
+
 void bench_divisions(Bench *bench)
 {
     run_parts(bench, 32);
     run_stroke(bench, 32);
+    run_heat(bench, 32);
 }

@@ -3,9 +3,11 @@
 #include "voxel/cut/cut_body.h"
 
 #include "base/check.h"
+#include "voxel/cut/cut_parts.h"
 #include "voxel/model.h"
 
 #include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -110,6 +112,30 @@ bool cut_body_reconstruct(Body *body, TopologyChange *change)
     return cut_body_follow(cuts, body, true, false, change);
 }
 
+// Sets the bounds of the step: coagulated elements are stiffer, and damped as elements that
+// stiffen.
+static void set_bounds(const VoxelCuts *cuts, Body *body)
+{
+    const bool stiffer = cuts->heat->cooked_count > 0;
+    body->lambda = cuts->lambda * (stiffer ? HEAT_STIFFER : 1.0);
+    body->damping = cuts->damping * (stiffer ? sqrt(HEAT_STIFFER) : 1.0);
+}
+
+// Elements that become stiff change no vertex: only their batches follow.
+bool cut_body_conduct(Body *body, double tick)
+{
+    VoxelCuts *cuts = ((VoxelModel *)body->model)->cuts;
+    CutHeat *heat = cuts->heat;
+    if (!cut_heat_spread(heat, tick))
+        return false;
+    for (int k = 0; k < heat->changed_count; k++)
+        cut_parts_list_element(&cuts->lattice, heat->changed[k]);
+    cut_windows_update(&cuts->windows);
+    cut_lattice_forget_changes(&cuts->lattice);
+    set_bounds(cuts, body);
+    return true;
+}
+
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state)
 {
     VoxelCuts *cuts = ((VoxelModel *)self)->cuts;
@@ -125,6 +151,9 @@ static bool derive(VoxelCuts *cuts, Body *body)
     if (!cut_lattice_derive(&cuts->lattice))
         return false;
     cut_masses_derive(&cuts->masses);
+    const bool heat = cuts->heat == NULL || cut_heat_derive(cuts->heat);
+    if (cuts->heat != NULL)
+        set_bounds(cuts, body);
     cut_windows_restored(&cuts->windows);
     const bool pieces = cut_pieces_derive(&cuts->pieces);
     cut_account_derive(&cuts->account);
@@ -136,7 +165,7 @@ static bool derive(VoxelCuts *cuts, Body *body)
     body->element_count = cuts->lattice.leaf_count;
     if (cuts->reach != NULL)
         cut_body_count_gone(cuts, body);
-    return pieces && faces && (cuts->reach == NULL || cuts->present > 0);
+    return pieces && faces && heat && (cuts->reach == NULL || cuts->present > 0);
 }
 
 void cut_body_restored(VoxelCuts *cuts, Body *body)
@@ -193,6 +222,9 @@ void cut_body_explain(const VoxelCuts *cuts, FILE *out)
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
             cuts->lattice.vertex_capacity, 2 * cuts->faces.square_capacity,
             cuts->lattice.split_budget);
+    if (cuts->heat != NULL)
+        fprintf(out, "    heat: %d cells, of which %d pass heat on in a tick\n",
+                cuts->heat->cell_count, HEAT_VISITS);
     if (cuts->tear.stress > 0.0)
         fprintf(out, "    tears: where it is pulled with more than %g Pa\n", cuts->tear.stress);
     if (cuts->tension != NULL)
@@ -325,7 +357,13 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
     cuts->name = name;
     cuts->sound = true;
     template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
-    return cut_lattice_create(&cuts->lattice, making, arena, state, status);
+    if (!cut_lattice_create(&cuts->lattice, making, arena, state, status))
+        return false;
+    if (making->options->heats) {
+        cuts->heat = ALLOCATE(ARENA_STEP, 1, CutHeat, "heat");
+        cut_heat_create(cuts->heat, name, &cuts->lattice, making, arena, state);
+    }
+    return true;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -344,12 +382,13 @@ static const double *masses_of(const VoxelMaking *making, const char *name, Aren
     return mass;
 }
 
-// Returns their classes.
+// Returns their classes; behind them those of coagulated ones, if there can be any.
 static const ElementClass *classes_of(const VoxelMaking *making, const char *name, Arena *arena)
 {
     const VoxelOptions *options = making->options;
     const int materials = options->material_count, count = materials * (making->layout.levels + 1);
-    ElementClass *classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
+    const int all = options->heats ? 2 * count : count;
+    ElementClass *classes = ALLOCATE(ARENA_STEP, all, ElementClass, "element classes");
     Template plain;
     template_create(&plain, 0);
     for (int c = 0; c < count; c++) {
@@ -358,6 +397,14 @@ static const ElementClass *classes_of(const VoxelMaking *making, const char *nam
         stiffness_of_element(options->law, &options->material[c % materials], edge, &plain,
                              &classes[c]);
         classes[c].damping *= making->beta;
+    }
+    for (int c = count; c < all; c++) {
+        ElementClass *stiff = &classes[c];
+        *stiff = classes[c - count];
+        stiff->mu *= HEAT_STIFFER;
+        stiff->lambda *= HEAT_STIFFER;
+        stiff->residual *= HEAT_STIFFER;
+        stiff->damping *= sqrt(HEAT_STIFFER);
     }
     return classes;
 }
@@ -391,6 +438,7 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
                                    .templates = &cuts->templates,
                                    .material_count = making->options->material_count,
                                    .classes = classes_of(making, cuts->name, arena),
+                                   .stiff = cuts->heat != NULL ? cuts->heat->stiff : NULL,
                                    .branch_count = making->options->branch_count,
                                    .branch = making->options->branch};
     cut_windows_create(&cuts->windows, &windows, arena, state);
@@ -404,6 +452,13 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     const char *name = model->cuts->name;
     const VoxelOptions *options = making->options;
     VoxelCuts *cuts = model->cuts;
+    cuts->lambda = body->lambda;
+    cuts->damping = body->damping;
+    if (cuts->heat != NULL) {
+        // The most substeps that it may come to need.
+        body->finest_lambda = HEAT_STIFFER * body->lambda;
+        body->finest_damping = sqrt(HEAT_STIFFER) * body->damping;
+    }
     if (options->tear_stress > 0.0 || options->tear_force > 0.0)
         cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);
     // Pieces first: faces publish them.

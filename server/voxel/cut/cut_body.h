@@ -8,6 +8,7 @@
 #include "voxel/cut/cut_blade.h"
 #include "voxel/cut/cut_faces.h"
 #include "voxel/cut/cut_fit.h"
+#include "voxel/cut/cut_heat.h"
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
 #include "voxel/cut/cut_remove.h"
@@ -26,20 +27,23 @@ typedef struct VoxelCuts {
     CutAccount account;
     CutFaces faces;
     CutBlades blades;
-    CutTear tear;        // of bodies that tear
-    CutFit *fit;         // of a smooth surface, or NULL
-    CutTension *tension; // of tissue under tension at rest, or NULL
-    CutReach *reach;     // of removers; NULL: cells cannot go
-    int present;         // finest cells
-    int *gone;           // [materials] cells that are gone, and
-    double mass_at_load; // of the body [kg]
-    bool sound;          // the last derivation from the state succeeded
-    int64_t refused;     // reconstructions left incomplete for lack of capacity, since the start
+    CutTear tear;           // of bodies that tear
+    CutFit *fit;            // of a smooth surface, or NULL
+    CutTension *tension;    // of tissue under tension at rest, or NULL
+    CutReach *reach;        // of removers; NULL: cells cannot go
+    int present;            // finest cells
+    int *gone;              // [materials] cells that are gone, and
+    double mass_at_load;    // of the body [kg]
+    CutHeat *heat;          // of a body that diathermy acts on, or NULL
+    double lambda, damping; // Body's, while nothing is coagulated
+    bool sound;             // the last derivation from the state succeeded
+    int64_t refused;        // reconstructions left incomplete for lack of capacity, since the start
 } VoxelCuts;
 
 // --- operations of body/body.h that other bodies do not have ---
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
+bool cut_body_conduct(Body *body, double tick);
 bool cut_body_reconstruct(Body *body, TopologyChange *change);
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 

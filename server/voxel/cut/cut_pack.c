@@ -25,12 +25,6 @@ static int vertex_count_of(unsigned mask)
     return NODE_CORNERS + (int)(mask * 0x01010101u >> 24);
 }
 
-static int class_of(const CutWindows *windows, int element)
-{
-    const CutElement *e = &windows->lattice->element[element];
-    return e->level * windows->material_count + e->material - 1;
-}
-
 // ---------------------------------------------------------------------------------------------
 // Leaves in order
 
@@ -57,7 +51,7 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
         // The key sorts by class, or by number of vertices and shape; then by element.
         const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
         const int kind = mask == 0 ? BATCH_PLAIN : BATCH_HANGING;
-        const uint64_t sort = mask == 0 ? (uint64_t)class_of(windows, e)
+        const uint64_t sort = mask == 0 ? (uint64_t)cut_windows_class(windows, e)
                                         : (uint64_t)vertex_count_of(mask) << 18 | mask;
         insert(to->key[kind], to->count[kind]++, sort << 32 | (uint64_t)e);
     }
@@ -242,7 +236,7 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
         if (lane == 0 || table->stride > 1)
             put_numbers(windows, batch, lane, mask);
         put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
-        windows->hanging_class[batch][lane] = class_of(windows, e);
+        windows->hanging_class[batch][lane] = cut_windows_class(windows, e);
         put_lane(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
     }
     // Lanes without an element hold a plain cube of the spare vertex.

@@ -203,6 +203,8 @@ bool cut_body_take(Body *body, const int *cell, int count, const Region *mouth,
         cuts->gone[cuts->lattice.element[cell[k]].material - 1]++;
     }
     cuts->present -= count;
+    if (cuts->heat != NULL)
+        cut_heat_remove(cuts->heat, cell, count);
     if (cuts->fit != NULL)
         keep_crossings(cuts, row, cell, count, mouth);
     cut_pieces_expect(&cuts->pieces, cell, count);
@@ -242,6 +244,21 @@ static bool has_room(const VoxelCuts *cuts, int cells, RemovalOutcome *outcome)
     return cut_faces_has_room_to_remove(&cuts->faces, cells, &outcome->needed, &outcome->room);
 }
 
+// Gives a tick's heat, the first time in it, and lists the cells that have boiled away.
+static void heat_cells(VoxelCuts *cuts, const void *row, const Removal *removal,
+                       RemovalOutcome *outcome)
+{
+    CutHeat *heat = cuts->heat;
+    CutReach *reach = cuts->reach;
+    if (removal->heat > 0.0)
+        outcome->heat = cut_heat_give(heat, cuts->blades.rows, row, removal);
+    outcome->coagulated = cut_heat_coagulated(heat);
+    const int most = most_cells(cuts, removal->volume);
+    reach->count = heat->boiled_count < most ? heat->boiled_count : most;
+    memcpy(reach->cell, heat->boiled, (size_t)reach->count * sizeof *reach->cell);
+    reach->any = outcome->heat > 0.0 || reach->count > 0;
+}
+
 bool cut_body_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
                      TopologyChange *change)
 {
@@ -252,8 +269,11 @@ bool cut_body_remove(Body *body, const Removal *removal, RemovalOutcome *outcome
     *outcome = (RemovalOutcome){.verdict = CUT_MET_NOTHING};
     if (removal->kind == REMOVER_DRILL)
         mouth.radius += BURR_REACH * cuts->blades.size;
-    find_cells(cuts, body, vertices_row(&model->vertices), &mouth,
-               most_cells(cuts, removal->volume));
+    if (removal->kind == REMOVER_DIATHERMY)
+        heat_cells(cuts, vertices_row(&model->vertices), removal, outcome);
+    else
+        find_cells(cuts, body, vertices_row(&model->vertices), &mouth,
+                   most_cells(cuts, removal->volume));
     if (!reach->any)
         return false;
     outcome->verdict = CUT_DONE;
@@ -279,7 +299,8 @@ bool cut_body_remove(Body *body, const Removal *removal, RemovalOutcome *outcome
         outcome->verdict = CUT_NO_NODES;
         return false;
     }
-    *outcome = (RemovalOutcome){.verdict = CUT_DONE};
+    outcome->verdict = CUT_DONE;
+    outcome->needed = outcome->room = 0;
     const bool burr = removal->kind == REMOVER_DRILL;
     return cut_body_take(body, reach->cell, count, burr ? &mouth : NULL, outcome, change);
 }

@@ -121,9 +121,7 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
         return out;
     *out = (TearStress){.look = tear->look, .element = element};
     const CutWindows *windows = tear->windows;
-    const CutElement *e = &tear->lattice->element[element];
-    const ElementClass *c =
-        &windows->runs.classes[e->level * windows->material_count + e->material - 1];
+    const ElementClass *c = &windows->runs.classes[cut_windows_class(windows, element)];
     // The paper's law as an element with lambda = 0.
     const bool paper = tear->law == VOXEL_MIYAZAKI2004;
     const double mu = pass->stiffness_scale * (paper ? c->residual / c->size : c->mu);

@@ -72,8 +72,9 @@ static void create_ranges(CutWindows *windows, const char *name, Arena *arena)
         memcpy(range->high, end, sizeof range->high);
         range = &windows->mixed[g];
         memcpy(range->low, end, sizeof range->low);
+        // Of a material some elements may be stiff: as many of each kind may be left over.
         for (int m = 0; m < 256; m++)
-            end[BATCH_PLAIN] += batches_for(rest[m]);
+            end[BATCH_PLAIN] += batches_for(rest[m]) * (windows->stiff != NULL ? 2 : 1);
         end[BATCH_HANGING] += hangs ? batches_for(elements) : 0;
         memcpy(range->high, end, sizeof range->high);
     }
@@ -209,7 +210,8 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     const char *name = options->name;
     *windows = (CutWindows){.lattice = options->lattice,
                             .templates = options->templates,
-                            .material_count = options->material_count};
+                            .material_count = options->material_count,
+                            .stiff = options->stiff};
     create_groups(windows, name, arena);
     create_ranges(windows, name, arena);
     create_plain(windows, name, arena);

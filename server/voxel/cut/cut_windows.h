@@ -25,8 +25,9 @@ typedef struct WindowOptions {
     TemplateCache *templates;
     int material_count;
     // [(levels + 1) * material_count], by level, then material - 1, of plain cubes; also used for
-    // those with hanging vertices (template.h).
+    // those with hanging vertices (template.h). With `stiff`, as many again, for elements that are.
     const ElementClass *classes;
+    const unsigned char *stiff; // [element] 1: stiffer (cut_heat.h); or NULL
     int branch_count;
     const MaxwellBranch *branch; // [branch_count]
 } WindowOptions;
@@ -47,7 +48,8 @@ typedef struct CutWindows {
     const CutLattice *lattice;
     TemplateCache *templates;
     int material_count;
-    int capacity[BATCH_KINDS]; // batches
+    const unsigned char *stiff; // [element] or NULL; as in the options
+    int capacity[BATCH_KINDS];  // batches
     int group_count;
     WindowGroup *group;
     int *group_of;      // [window]
@@ -77,6 +79,15 @@ typedef struct CutWindows {
     int *changed; // windows, ascending
     bool *is_changed;
 } CutWindows;
+
+// Returns the class of an element.
+static inline int cut_windows_class(const CutWindows *windows, int element)
+{
+    const CutElement *e = &windows->lattice->element[element];
+    const int own = e->level * windows->material_count + e->material - 1;
+    const bool stiff = windows->stiff != NULL && windows->stiff[element];
+    return stiff ? own + (windows->lattice->levels + 1) * windows->material_count : own;
+}
 
 // Load time. Packs everything; rotations start at none, and are added to the state.
 void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
