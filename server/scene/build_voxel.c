@@ -198,8 +198,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.publish_all = scene->publish.nodes == NODES_ALL;
         voxel.field = field.value != NULL ? &field : NULL;
         voxel.tick = 1.0 / scene->sim.rate_hz;
-        for (int t = 0; t < scene->tool_count; t++)
-            voxel.heats |= scene->tool[t].removes == REMOVER_DIATHERMY;
+        voxel.heats = scene_heats(scene);
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Watching *watching = watch_regions(scene, described, &voxel);
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);

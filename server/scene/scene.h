@@ -202,6 +202,15 @@ bool scene_override(Scene *scene, double rate_hz, const char *prefix, Status *st
 const char *scene_model_name(SceneModel model);
 // Returns the word with which a scene names a kind of remover.
 const char *scene_remover_name(RemoverKind kind);
+// True if a tool heats tissue.
+static inline bool scene_heats(const Scene *scene)
+{
+    for (int t = 0; t < scene->tool_count; t++)
+        if (scene->tool[t].removes == REMOVER_DIATHERMY)
+            return true;
+    return false;
+}
+
 // True for bodies made of cells: voxel and plane ones.
 static inline bool scene_has_cells(const SceneBody *body)
 {

@@ -137,6 +137,11 @@ static const Option BODY_OPTIONS[] = {
      .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_WHOLE, &IDLE_HAS_ONLY_CELLS},
      .about = "Voxel: largest number of elements that one tick divides around a cut; the rest "
               "follows in the next ticks. Not for a plane body, whose elements are never divided."},
+    {"coagulated_stiffness", OPTION_REAL, AT(body.voxel.coagulated_stiffness), "", 1.0, 100.0,
+     .preset = HEAT_STIFFER, .only = VOXEL_ONLY, .physics = true,
+     .idle = {&IDLE_IS_WHOLE, &IDLE_IS_NOT_HEATED},
+     .about = "Voxel: stiffness of tissue that diathermy has coagulated, over that before. From "
+              "the first coagulated cell on steps are shorter by its square root; 1: never."},
     {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "never tears",
      .feature = {.name = "tearing"},
      .about = "Strain, stress or force at which the body tears; needs `cuttable = true`."},
@@ -244,6 +249,9 @@ static bool check_plane(const SceneReader *reader, const BodyGroup *raw, const S
     const OptionSource *source = &reader->source;
     if (body->model != MODEL_PLANE)
         return true;
+    if (option_given(raw->at, "coagulated_stiffness"))
+        return option_fail(source, option_find(raw->at, "coagulated_stiffness"),
+                           "coagulated_stiffness means nothing for a plane body: nothing heats it");
     if (option_given(raw->at, "split_budget"))
         return option_fail(source, option_find(raw->at, "split_budget"),
                            "split_budget means nothing for a plane body: a cut divides none of its "

@@ -94,6 +94,11 @@ static bool is_whole(const OptionPlace *place)
     return !place->body->options.cuttable;
 }
 
+static bool is_not_heated(const OptionPlace *place)
+{
+    return !scene_heats(place->scene);
+}
+
 static bool touches(const ToolOptions *tool)
 {
     return tool->capsule_count > 0 || tool->has_plane;
@@ -180,6 +185,7 @@ const OptionIdle IDLE_HAS_NO_TIME_STEP = {has_no_time_step, "there is no time_st
 const OptionIdle IDLE_HOLDS_NO_GAS = {holds_no_gas, "gas is false"};
 const OptionIdle IDLE_HOLDS_NO_FLUID = {holds_no_fluid, "fluid is false"};
 const OptionIdle IDLE_IS_WHOLE = {is_whole, "cuttable is false"};
+const OptionIdle IDLE_IS_NOT_HEATED = {is_not_heated, "no remover heats by diathermy"};
 const OptionIdle IDLE_HAS_ONLY_CELLS = {has_one_level, "levels is 0, and a cell is not divided"};
 const OptionIdle IDLE_MEETS_NO_TOOL = {meets_no_tool, "no tool touches the body"};
 const OptionIdle IDLE_TOOLS_HAVE_FRICTION = {tools_have_friction,

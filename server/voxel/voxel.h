@@ -20,6 +20,9 @@ typedef struct HungMass {
     double mass; // [kg]
 } HungMass;
 
+// Coagulated tissue is several times as stiff (Bharat et al. 2005, Ultrasound Med. Biol. 31, 415).
+#define HEAT_STIFFER 4.0
+
 typedef struct VoxelOptions {
     BodyOptions body;       // levels up to VOXEL_LEVELS_MAX (layout.h); integrator symplectic_euler
                             // or leapfrog; fixed nodes: indices of lattice points
@@ -38,9 +41,10 @@ typedef struct VoxelOptions {
     const HungMass *weight;
     bool publish_all; // also inner vertices
     // If it can be cut:
-    int split_budget;    // elements divided per tick
-    double tear_stress;  // strength of the tissue [Pa]; 0: no tearing by stress
-    bool heats;          // diathermy can act on it (cut/cut_heat.h)
+    int split_budget;            // elements divided per tick
+    double tear_stress;          // strength of the tissue [Pa]; 0: no tearing by stress
+    bool heats;                  // diathermy can act on it (cut/cut_heat.h)
+    double coagulated_stiffness; // of what it coagulates, over that before; from 1 on
     double tear_force;   // the paper's threshold on the external force on a vertex [N]; 0: none
     double tick;         // [s]; of a body that has a field
     const TriMesh *skin; // display surface in place of the outer faces, or NULL

@@ -44,6 +44,7 @@ static bool world_create(World *world, int cells, bool heats, const char *isa, S
                                   .body.cuttable = true,
                                   .split_budget = 16,
                                   .heats = heats,
+                                  .coagulated_stiffness = HEAT_STIFFER,
                                   .body.isa = isa};
     const SimOptions sim = {.rate_hz = RATE, .tool_timeout_s = 10.0};
     world->sim = sim_create(&sim, &world->arena, &world->state);

@@ -212,6 +212,19 @@ const KeyRow KEY_ROWS[] = {
      .also = {{TOOLS, BLADE}, {SOURCE, VOXELS("generator = \"box\"; count = 10; size = 0.009;")}}},
     {REFUSES(BODY, split_budget, P, BODY, "cuttable = true; split_budget = 1;",
              "split_budget means nothing for a plane body")},
+#define BURNING(watts)                                                                             \
+    "tools = ( " TOOL("5", "remover",                                                              \
+                      "removes_by = \"diathermy\"; power = " watts                                 \
+                      "; mouth = { radius = 0.02; };") " );"
+    {ADDS(BODY, coagulated_stiffness, V, BODY, "cuttable = true;", "coagulated_stiffness = 2.0;"),
+     .also = {{TOOLS, BURNING("1000")}}},
+    {IDLY_ADDS(BODY, coagulated_stiffness, V, BODY, "cuttable = true;",
+               "coagulated_stiffness = 2.0;", "no remover heats by diathermy")},
+    {IDLY_ADDS(BODY, coagulated_stiffness, V, BODY, "", "coagulated_stiffness = 2.0;",
+               "cuttable is false"),
+     .also = {{TOOLS, BURNING("1000")}}},
+    {REFUSES(BODY, coagulated_stiffness, P, BODY, "cuttable = true; coagulated_stiffness = 2.0;",
+             "coagulated_stiffness means nothing for a plane body")},
     {ADDS(BODY, tear, S, BODY, "cuttable = true;", "tear = { stretch = 0.001; };")},
     {ADDS(BODY, tear, V | P, BODY, "cuttable = true;", "tear = { force = 0.001; };")},
 
@@ -583,6 +596,8 @@ const KeyRow KEY_ROWS[] = {
                                     "removes_by = \"drill\"; rate_mm3_s = 5; mouth "
                                     "= { radius = 0.02; };") " );",
                   "rate_mm3_s means nothing for a remover by drill, only for suction")},
+    {MOVES(TOOL, power, V, TOOLS, BURNING("30"), BURNING("60")),
+     .also = {{BODY, "cuttable = true;"}}},
     {REFUSES_FROM(TOOL, power, ALL, TOOLS, PROBE(""), PROBE("power = 5;"),
                   "power means something for a remover only")},
     {MOVES(CAPSULE, from, ALL, TOOLS, PROBE(""),

@@ -117,8 +117,8 @@ bool cut_body_reconstruct(Body *body, TopologyChange *change)
 static void set_bounds(const VoxelCuts *cuts, Body *body)
 {
     const bool stiffer = cuts->heat->cooked_count > 0;
-    body->lambda = cuts->lambda * (stiffer ? HEAT_STIFFER : 1.0);
-    body->damping = cuts->damping * (stiffer ? sqrt(HEAT_STIFFER) : 1.0);
+    body->lambda = cuts->lambda * (stiffer ? cuts->heat->stiffer : 1.0);
+    body->damping = cuts->damping * (stiffer ? sqrt(cuts->heat->stiffer) : 1.0);
 }
 
 // Elements that become stiff change no vertex: only their batches follow.
@@ -401,10 +401,10 @@ static const ElementClass *classes_of(const VoxelMaking *making, const char *nam
     for (int c = count; c < all; c++) {
         ElementClass *stiff = &classes[c];
         *stiff = classes[c - count];
-        stiff->mu *= HEAT_STIFFER;
-        stiff->lambda *= HEAT_STIFFER;
-        stiff->residual *= HEAT_STIFFER;
-        stiff->damping *= sqrt(HEAT_STIFFER);
+        stiff->mu *= options->coagulated_stiffness;
+        stiff->lambda *= options->coagulated_stiffness;
+        stiff->residual *= options->coagulated_stiffness;
+        stiff->damping *= sqrt(options->coagulated_stiffness);
     }
     return classes;
 }
@@ -456,8 +456,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     cuts->damping = body->damping;
     if (cuts->heat != NULL) {
         // The most substeps that it may come to need.
-        body->finest_lambda = HEAT_STIFFER * body->lambda;
-        body->finest_damping = sqrt(HEAT_STIFFER) * body->damping;
+        body->finest_lambda = cuts->heat->stiffer * body->lambda;
+        body->finest_damping = sqrt(cuts->heat->stiffer) * body->damping;
     }
     if (options->tear_stress > 0.0 || options->tear_force > 0.0)
         cut_tear_create(&cuts->tear, options, &cuts->windows, &model->vertices, arena, state);

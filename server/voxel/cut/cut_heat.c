@@ -440,6 +440,7 @@ void cut_heat_create(CutHeat *heat, const char *name, const CutLattice *lattice,
     heat->lattice = lattice;
     heat->size = options->lattice->size;
     heat->perfusion = HEAT_PERFUSION;
+    heat->stiffer = options->coagulated_stiffness;
     heat->cell_count = lattice->level_first[1];
     heat->word_count = (heat->cell_count + BITS - 1) / BITS;
     heat->material_count = options->material_count;

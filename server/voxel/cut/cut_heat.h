@@ -27,8 +27,6 @@
 // "Studies of thermal injury V", Arch. Pathol. 43, 489): in 1 s at 60 C, in 10 minutes at 51 C.
 #define HEAT_FREQUENCY  3.1e98 // A [1/s]
 #define HEAT_ACTIVATION 6.28e5 // E [J/mol]
-// Coagulated tissue is several times as stiff (Bharat et al. 2005, Ultrasound Med. Biol. 31, 415).
-#define HEAT_STIFFER 4.0
 
 enum {
     HEAT_VISITS = 512,  // cells a tick that pass heat on; more take their turns
@@ -59,6 +57,7 @@ typedef struct CutHeat {
     const CutLattice *lattice;
     double size;      // of a cell [m]
     double perfusion; // [1/s]
+    double stiffer;   // stiffness of coagulated tissue over that before
     int cell_count, word_count, material_count;
     int (*beside)[6];           // [cell] neighbours -x +x -y +y -z +z; -1: void
     double *capacity;           // [material - 1] of a cell [J/K]

@@ -11,6 +11,7 @@ static VoxelWorldOptions heated_block(int n, double size)
     VoxelWorldOptions options = voxel_world_block(n, n, n, size);
     options.body.body.levels = 0;
     options.body.heats = true;
+    options.body.coagulated_stiffness = HEAT_STIFFER;
     return options;
 }
 
@@ -254,6 +255,7 @@ TEST(an_electrode_finds_all_cells_within_its_reach)
         VoxelWorldOptions options = round % 2 == 0 ? voxel_world_cube(16) : voxel_world_corner();
         options.body.body.levels = round % 4;
         options.body.heats = true;
+        options.body.coagulated_stiffness = HEAT_STIFFER;
         cut_world_create(&world, &options);
         cut_world_shake(&world, 0.1 * (round % 5), &seed);
         CutHeat *heat = world.cuts->heat;
@@ -330,6 +332,7 @@ TEST(coagulated_tissue_moves_as_stiffer_tissue)
         options.body.body.levels = stiffer.body.body.levels = levels;
         options.body.damping = stiffer.body.damping = 0.0;
         options.body.heats = true;
+        options.body.coagulated_stiffness = HEAT_STIFFER;
         stiffer.material.youngs_modulus *= HEAT_STIFFER;
         cut_world_create(&world, &options);
         cut_world_create(&other, &stiffer);
@@ -366,6 +369,7 @@ TEST(heated_state_that_was_brought_back_goes_on_alike)
     VoxelWorldOptions options = voxel_world_cube(12);
     options.body.body.levels = 2;
     options.body.heats = true;
+    options.body.coagulated_stiffness = HEAT_STIFFER;
     cut_world_create(&world, &options);
     CutHeat *heat = world.cuts->heat;
     const Removal hot = electrode(vec3(-0.05, 0.0, 0.0), 0.008, 100.0);
