@@ -65,7 +65,7 @@ static bool subscribe(Live *live, PliantError *error)
     Client *client = &live->client;
     char poses[CLIENT_CHANNEL_MAX];
     bool ok = true;
-    for (int i = 0; i < 4 && ok; i++)
+    for (size_t i = 0; i < sizeof names / sizeof *names && ok; i++)
         ok = client_subscribe(client, names[i], NULL, QUEUE_MESSAGES, on_message, live) != NULL;
     // Poses come on a prefix of their own.
     snprintf(poses, sizeof poses, "%s_TOOL_POSE", live->options->intake.input_prefix);

@@ -141,6 +141,7 @@ void board_destroy(Board *board)
 {
     empty_slot(&board->scene);
     empty_slot(&board->status);
+    empty_slot(&board->ledger);
     empty_slot(&board->link);
     empty_slot(&board->workbench);
     empty_slot(&board->recording);
@@ -173,6 +174,7 @@ void board_clear(Board *board)
 {
     pthread_mutex_lock(&board->lock);
     empty_bodies(board);
+    empty_slot(&board->ledger);
     empty_slot(&board->recording);
     empty_slot(&board->playback);
     memset(board->contact, 0, sizeof board->contact);
@@ -188,6 +190,11 @@ void board_set_scene(Board *board, Parcel *scene)
 void board_set_status(Board *board, Parcel *status)
 {
     set_slot(board, &board->status, status);
+}
+
+void board_set_ledger(Board *board, Parcel *ledger)
+{
+    set_slot(board, &board->ledger, ledger);
 }
 
 void board_set_link(Board *board, Parcel *link)
@@ -406,6 +413,7 @@ static void take(Board *board, BoardPage *page, Round *round)
     take_slot(&board->scene, seen, round);
     take_slot(&board->link, seen, round);
     take_slot(&board->status, seen, round);
+    take_slot(&board->ledger, seen, round);
     take_slot(&board->workbench, seen, round);
     take_slot(&board->recording, seen, round);
     take_slot(&board->playback, seen, round);

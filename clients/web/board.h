@@ -47,7 +47,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 6 + 3 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 7 + 3 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -87,7 +87,7 @@ typedef struct Board {
     pthread_mutex_t lock;
     pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
-    BoardSlot scene, status, link, workbench;
+    BoardSlot scene, status, ledger, link, workbench;
     BoardSlot recording, playback; // of pliant-play: what does not change, and where it is now
     BoardBody body[BOARD_BODIES];
     BoardContact contact[BOARD_TOOLS];
@@ -119,6 +119,7 @@ void board_destroy(Board *board);
 void board_clear(Board *board);
 void board_set_scene(Board *board, Parcel *scene);
 void board_set_status(Board *board, Parcel *status);
+void board_set_ledger(Board *board, Parcel *ledger); // NULL: unchanged
 void board_set_link(Board *board, Parcel *link);
 void board_set_workbench(Board *board, Parcel *workbench);
 // NULL: unchanged.

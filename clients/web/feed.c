@@ -343,6 +343,22 @@ static void on_event(const lcm_recv_buf_t *buffer, const char *channel, void *us
     pliant_event_t_decode_cleanup(&event);
 }
 
+static void on_ledger(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_ledger_t ledger;
+    if (!wire_check(&WIRE_LEDGER, buffer->data, buffer->data_size) ||
+        pliant_ledger_t_decode(buffer->data, 0, (int)buffer->data_size, &ledger) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    // It belongs to a scene, and comes again.
+    if (feed->known)
+        board_set_ledger(feed->board, unless_shown(&feed->board->ledger, text_ledger(&ledger)));
+    pliant_ledger_t_decode_cleanup(&ledger);
+}
+
 static void on_playback(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     (void)channel;
@@ -444,6 +460,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
+              client_subscribe(client, "LEDGER", NULL, 16, on_ledger, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
               client_subscribe(client, "PLAYBACK", NULL, 16, on_playback, feed) &&
               session_open(&requests->session, client, NULL) && subscribe_poses(feed) &&

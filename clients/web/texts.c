@@ -290,6 +290,62 @@ Parcel *text_status(const pliant_status_t *status)
     return finish(object);
 }
 
+static json_t *ledger_body(const pliant_ledger_body_t *body)
+{
+    json_t *object = json_object();
+    put(object, "name", string(body->name));
+    put(object, "solid", json_boolean(body->solid));
+    put(object, "cut", json_real(body->cut));
+    put(object, "torn", json_real(body->torn));
+    return object;
+}
+
+static json_t *ledger_tissue(const pliant_ledger_tissue_t *tissue)
+{
+    json_t *object = json_object();
+    put(object, "body", string(tissue->body));
+    put(object, "name", string(tissue->name));
+    put(object, "density", json_real(tissue->density));
+    put(object, "at_load", json_real(tissue->at_load));
+    put(object, "attached", json_real(tissue->attached));
+    put(object, "cut_off", json_real(tissue->cut_off));
+    put(object, "removed", json_real(tissue->removed));
+    put(object, "coagulated", json_real(tissue->coagulated));
+    return object;
+}
+
+static json_t *ledger_region(const pliant_ledger_region_t *region)
+{
+    json_t *object = json_object();
+    put(object, "name", string(region->name));
+    put(object, "keep", json_boolean(region->keep));
+    put(object, "touched", json_boolean(region->touched));
+    put(object, "margin", json_real(region->margin));
+    put(object, "distance", json_real(region->distance));
+    put(object, "body", string(region->body));
+    put(object, "by", string(region->by));
+    return object;
+}
+
+// Without utime and sequence, so that a repeat is the same text.
+Parcel *text_ledger(const pliant_ledger_t *ledger)
+{
+    json_t *object = message("ledger");
+    json_t *bodies = json_array(), *tissues = json_array(), *regions = json_array();
+    put(object, "step", json_integer(ledger->step));
+    put(object, "time", json_real(ledger->time));
+    for (int k = 0; k < ledger->num_bodies; k++)
+        json_array_append_new(bodies, ledger_body(&ledger->body[k]));
+    for (int k = 0; k < ledger->num_tissues; k++)
+        json_array_append_new(tissues, ledger_tissue(&ledger->tissue[k]));
+    for (int k = 0; k < ledger->num_regions; k++)
+        json_array_append_new(regions, ledger_region(&ledger->region[k]));
+    put(object, "body", bodies);
+    put(object, "tissue", tissues);
+    put(object, "region", regions);
+    return finish(object);
+}
+
 Parcel *text_contacts(const pliant_contact_t *contact, int count)
 {
     json_t *object = message("contact"), *tools = json_array();

@@ -125,8 +125,9 @@ static double distance_of(const CutAccount *account, int r, const double point[3
 
 static void note(CutAccountRegion *region, AccountCause cause, double distance, bool touched)
 {
+    const bool first = touched && region->touched == 0;
     region->touched |= touched;
-    if (region->nearest > 0.0 && distance + 1.0 >= region->nearest)
+    if (!first && region->nearest > 0.0 && distance + 1.0 >= region->nearest)
         return;
     region->nearest = distance + 1.0;
     region->cause = cause;

@@ -8,6 +8,7 @@ import { Forces } from './forces.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
 import { Link } from './link.js';
+import { Ledger } from './ledger.js';
 import { Panel } from './panel.js';
 import { Workbench } from './scenes.js';
 import { SecondHand } from './second.js';
@@ -59,6 +60,7 @@ const images = {
 const stage = new Stage(element('picture'), beforeDraw,
     { above: document.querySelector('header'), below: element('foot') });
 const tools = new Tools(stage, element('labels'));
+const ledger = new Ledger();
 const panel = new Panel({
     command: (kind) => link.request({ type: 'command', kind, value: kind === 'step' ? 1 : 0, argument: '' }),
     mode: (mode) => {
@@ -154,6 +156,7 @@ function takeText(message) {
         timeline.takeStatus(message);
         workbench.takeRate(60 * published * bodies.reduce((sum, { n }) => sum + NODE_BYTES * n + BODY_BYTES, 0));
         return panel.takeStatus(message);
+    case 'ledger': return ledger.take(message);
     case 'recording': return timeline.takeRecording(message);
     case 'playback': return takePlayback(message);
     case 'pose': for (const pose of message.tools) if (tools.takePose(pose, now)) changed(); return undefined;
@@ -274,6 +277,7 @@ function takeScene(scene) {
     settings.takeScene(scene.describe ?? '');
     published = Number(/^publish on .*: nodes (\S+) Hz/m.exec(scene.describe)?.[1] ?? 0);
     panel.takeScene(scene);
+    ledger.clear();
     panel.hint(whatDragsDo());
     fitted = false;
     document.body.classList.remove('empty');
