@@ -109,6 +109,10 @@ const KeyRow KEY_ROWS[] = {
         TARGET("sphere = [0.0, 0.0, 2.0]; radius = 1.0;"))},
     {IN(SCORE_REGION, radius, ALL, PLAN, HEAD, TARGET(BALL),
         TARGET("sphere = [0.0, 0.0, 1.0]; radius = 2.0;"))},
+    {IN(SCORE_REGION, margin, ALL, PLAN, HEAD, TARGET(BALL), TARGET(BALL "margin = 0.1;"))},
+    {IN(SCORE_REGION, keep, ALL, PLAN, HEAD, TARGET(BALL), TARGET(BALL "keep = true;"))},
+    {REFUSES_FROM(SCORE_REGION, label, ALL, HEAD, TARGET(BALL), TARGET("label = 7;"),
+                  "label \"7\" is of no body")},
 
     {IN(PUBLISH, nodes_hz, ALL, STREAM, HEAD, "", "publish = { nodes_hz = 10.0; };")},
     {IN(PUBLISH, mesh_hz, ALL, STREAM, HEAD, "", "publish = { mesh_hz = 20.0; };")},
