@@ -216,30 +216,9 @@ CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edge
     return CUT_UNRESOLVED;
 }
 
-// A single link, and how often it was met.
-typedef struct CountedLink {
-    const CutPath *path;
-    int count;
-} CountedLink;
-
-static bool count_again(LinkFinder *finder, void *model)
+int link_finder_again(const LinkFinder *finder, const CutPath path[2])
 {
-    CountedLink *link = model;
-    const int count = count_link(finder, link->path);
-    link->count += count;
-    return count != CUT_DEGENERATE;
-}
-
-int link_finder_again(const LinkFinder *finder, const BladeEdge *edge, int edges,
-                      const CutPath path[2])
-{
-    if (edges == 2) // its sub-ticks are still there
-        return count_link(finder, path);
-    LinkFinder again = *finder;
-    CutPoint to[2];
-    CountedLink link = {.path = path};
-    return try_shift(&again, edge, edges, NULL, to, count_again, &link) ? link.count
-                                                                        : CUT_DEGENERATE;
+    return count_link(finder, path); // its sub-ticks are still there
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -127,9 +127,9 @@ CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, in
 // trail moves on.
 CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edges, CutTrail *trail,
                              LinkOffer *offer, void *model);
-// Returns how often a link met the last sweeps, given again; CUT_DEGENERATE: undecided.
-int link_finder_again(const LinkFinder *finder, const BladeEdge *edge, int edges,
-                      const CutPath path[2]);
+// Returns how often a link meets the last sweep of the last call, given again; CUT_DEGENERATE:
+// undecided.
+int link_finder_again(const LinkFinder *finder, const CutPath path[2]);
 // Tests a link, or a piece of one, by its whole path in the tick. False: undecided.
 bool link_finder_meet(LinkFinder *finder, int link, const CutPath path[2]);
 

@@ -19,19 +19,26 @@ static void add_external(SurfaceModel *model, int slot, Vec3 force)
 }
 
 // Distributes a force in the world frame over the free nodes that carry a node: itself, unless it
-// hangs.
-static void spread(SurfaceModel *model, int node, Vec3 force,
+// hangs. `is_shown`: one that acts where the node is shown.
+static void spread(SurfaceModel *model, int node, Vec3 force, bool is_shown,
                    void (*add)(SurfaceModel *model, int slot, Vec3 force, double drift),
                    double drift)
 {
+    int carrier[3];
+    double share[3];
+    if (is_shown && detail_lips_carriers(&model->detail->set, node, carrier, share)) {
+        for (int k = 0; k < 3; k++)
+            spread(model, carrier[k], vec3_scale(share[k], force), false, add, drift);
+        return;
+    }
     const NodeStatus status =
         model->detail == NULL ? NODE_FREE : (NodeStatus)model->detail->set.status[node];
     // Masters receive half each, and may hang themselves.
     if (status == NODE_HANGING) {
         int parent[2];
         levels_parents(&model->detail->set.levels, node, parent);
-        spread(model, parent[0], vec3_scale(0.5, force), add, drift);
-        spread(model, parent[1], vec3_scale(0.5, force), add, drift);
+        spread(model, parent[0], vec3_scale(0.5, force), false, add, drift);
+        spread(model, parent[1], vec3_scale(0.5, force), false, add, drift);
         return;
     }
     if (status == NODE_FREE)
@@ -69,7 +76,7 @@ void surface_add_forces(void *self, const int *node, int count, const Vec3 *forc
             add_once(model, model->slot[node[i]], force[i], 0.0);
     else
         for (int i = 0; i < count; i++) {
-            spread(model, node[i], force[i], add_once, 0.0);
+            spread(model, node[i], force[i], true, add_once, 0.0);
             detail_feel(&model->detail->adapt, node[i], force[i]);
         }
 }
@@ -95,7 +102,7 @@ void surface_kick_nodes(void *self, const int *node, int count, const Vec3 *impu
     SurfaceModel *model = self;
     const bool last = model->present == model->rows[1 - model->current];
     for (int i = 0; i < count; i++) {
-        spread(model, node[i], impulse[i], kick, drift);
+        spread(model, node[i], impulse[i], true, kick, drift);
         // As with forces, levels follow those of the tick's last evaluation alone.
         if (model->detail != NULL && last)
             detail_feel(&model->detail->adapt, node[i], vec3_scale(1.0 / h, impulse[i]));
@@ -108,6 +115,8 @@ void surface_reserve_forces(void *self, const char *name, int count, Arena *aren
 {
     SurfaceModel *model = self;
     // As many lanes as nodes that one evaluation can touch.
+    if (model->detail != NULL && model->detail->set.cut != NULL)
+        count = count < model->lane_count / 3 ? 3 * count : model->lane_count; // of lips
     size_t lanes = (size_t)(count < model->lane_count ? count : model->lane_count);
     model->touched_capacity = (int)lanes;
     model->touched = arena_allocate(arena, ARENA_CONTACT, lanes, sizeof *model->touched,
@@ -136,7 +145,7 @@ static void add_constant(SurfaceModel *model, int slot, Vec3 force, double drift
 
 void surface_add_load(void *self, int node, Vec3 force)
 {
-    spread(self, node, force, add_constant, 0.0);
+    spread(self, node, force, false, add_constant, 0.0);
 }
 
 void surface_clear_loads(void *self)

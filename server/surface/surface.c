@@ -179,6 +179,12 @@ static void surface_restored(Body *body)
 // ---------------------------------------------------------------------------------------------
 // Nodes
 
+static bool has_lips(const SurfaceModel *model)
+{
+    return model->detail != NULL && model->detail->set.cut != NULL &&
+           model->detail->set.cut->lips.count > 0;
+}
+
 static void surface_read_nodes(const void *self, const int *node, int count, Vec3 *position,
                                Vec3 *velocity)
 {
@@ -186,6 +192,10 @@ static void surface_read_nodes(const void *self, const int *node, int count, Vec
     for (int i = 0; i < count; i++)
         rows_read(&model->basis, model->present, model->slot[node[i]], &position[i],
                   velocity == NULL ? NULL : &velocity[i]);
+    if (has_lips(model))
+        for (int i = 0; i < count; i++)
+            detail_lips_read(model, model->present, node[i], &position[i],
+                             velocity == NULL ? NULL : &velocity[i]);
 }
 
 static void surface_bound_motion(const void *self, double *displacement, double *speed)
@@ -227,6 +237,8 @@ static void surface_snapshot_rest(const void *self, float *position)
 {
     const SurfaceModel *model = self;
     rows_snapshot_rest(&model->basis, model->shown.row, model->shown.count, position);
+    if (has_lips(model))
+        detail_lips_show_rest(model, position);
     clear_free_slots(&model->shown, position);
 }
 
@@ -235,6 +247,8 @@ static void surface_snapshot(const void *self, float *position, float *velocity)
     const SurfaceModel *model = self;
     rows_snapshot(&model->basis, model->rows[model->current], model->shown.row, model->shown.count,
                   position, velocity);
+    if (has_lips(model))
+        detail_lips_show(model, model->rows[model->current], position, velocity);
     clear_free_slots(&model->shown, position);
     if (velocity != NULL)
         clear_free_slots(&model->shown, velocity);

@@ -234,18 +234,6 @@ static CutVerdict find(CutFinder *finder, const CutTissue *tissue, const BladeEd
 
 // --- commands ---
 
-int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
-                  Vec3 middle)
-{
-    const LinkFinder *links = &finder->links;
-    CutPoint point[2];
-    if (!cut_quantise(centroid, links->origin, links->q, &point[0]) ||
-        !cut_quantise(middle, links->origin, links->q, &point[1]))
-        return CUT_DEGENERATE;
-    const CutPath half[2] = {{{point[0], point[0]}}, {{point[1], point[1]}}};
-    return link_finder_again(links, edge, edges, half);
-}
-
 CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
                           int edges)
 {
@@ -274,14 +262,6 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 
 // --- strokes ---
 
-static int side_of(const Level *level, int face, int edge)
-{
-    int k = 0;
-    while (level->face_edge[face][k] != edge)
-        k++;
-    return k;
-}
-
 // Fills a face's points at the last call; if unknown, the tissue counts as at rest. The stored
 // middle of a side holds for both of its faces: their links must continue from the same point.
 static void take_before(const CutFinder *finder, const CutMemory *memory, int face,
@@ -297,7 +277,7 @@ static void take_before(const CutFinder *finder, const CutMemory *memory, int fa
     for (int k = 0; k < 3; k++) {
         int e = level->face_edge[face][k], beyond = levels_beyond(level, e, face);
         if (beyond >= 0 && memory->seen[beyond] == clock)
-            before->middle[k] = memory->points[beyond].middle[side_of(level, beyond, e)];
+            before->middle[k] = memory->points[beyond].middle[cut_side_of(level, beyond, e)];
     }
 }
 

@@ -61,13 +61,28 @@ typedef struct CutFinder {
     unsigned char *listed;    // [finest faces] zero between calls
 } CutFinder;
 
+// Returns the side of a face that an edge is.
+static inline int cut_side_of(const Level *level, int face, int edge)
+{
+    int k = 0;
+    while (level->face_edge[face][k] != edge)
+        k++;
+    return k;
+}
+
+// Returns corner k of a face in the uncut mesh: a body may write copies into the level's table of
+// corners, but edges keep their ends, and side k begins at corner k.
+static inline int cut_vertex_at(const Level *level, int face, int k)
+{
+    const int e = level->face_edge[face][k];
+    return level->edge[e][level->edge_face[e][0] != face];
+}
+
 // True if the link across an edge with two listed faces is broken.
 static inline bool cut_find_is_broken(const Level *level, const CutTissue *tissue, int edge)
 {
-    int face = level->edge_face[edge][0], k = 0;
-    while (level->face_edge[face][k] != edge)
-        k++;
-    return tissue->broken[face] >> k & 1;
+    const int face = level->edge_face[edge][0];
+    return tissue->broken[face] >> cut_side_of(level, face, edge) & 1;
 }
 
 // Load time. Keeps `level` (the finest one) by reference; `origin` [m]: any constant point near the
@@ -94,10 +109,6 @@ CutVerdict cut_find_whole(CutFinder *finder, const CutTissue *tissue, const Blad
 // where the last call left it.
 CutVerdict cut_find_tick(CutFinder *finder, const CutTissue *tissue, const CutSweep *sweep);
 
-// For cut_snap: returns how often the last command, given again, meets the half link between two
-// points [m]; CUT_DEGENERATE: undecided.
-int cut_find_half(const CutFinder *finder, const BladeEdge *edge, int edges, Vec3 centroid,
-                  Vec3 middle);
 // Lists in `edge` the links met that are unbroken.
 CutVerdict cut_find_unbroken(CutFinder *finder, const CutTissue *tissue);
 

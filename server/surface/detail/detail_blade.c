@@ -5,8 +5,6 @@
 
 #include "base/check.h"
 #include "geometry/box.h"
-#include "surface/cut/cut_smooth.h"
-#include "surface/cut/cut_snap.h"
 
 #include <string.h>
 
@@ -167,40 +165,6 @@ void detail_cut_look(SurfaceModel *model, const BladeEdge *edge, int edges, doub
 
 // --- moving vertices onto the blade ---
 
-static void move_node(SurfaceModel *model, int node, Vec3 by)
-{
-    void *rows = model->rows[model->current];
-    Vec3 x, v;
-    rows_read(&model->basis, rows, model->slot[node], &x, &v);
-    detail_set_rest(model, node); // the row may depend on the rest position
-    rows_write(&model->basis, rows, model->slot[node], vec3_add(x, by), v);
-}
-
-// Moves the rest and the current positions of a node and all its copies.
-static void move_vertex(SurfaceModel *model, const CutSnap *snap)
-{
-    Detail *detail = model->detail;
-    const LeafSet *set = &detail->set;
-    DetailCut *cut = set->cut;
-    Vec3 *rest = &set->levels.position[snap->vertex];
-    *rest = vec3_add(*rest, snap->rest);
-    // The faces around: each copy moves once, and what depends on the places of all is marked.
-    int count = detail_cut_ring(set, snap->vertex, cut->ring);
-    for (int i = 0; i < count; i++) {
-        int face = cut->ring[i].face, node = cut->node[face][cut->ring[i].corner];
-        bool moved = false;
-        for (int k = 0; k < i; k++)
-            moved |= cut->node[cut->ring[k].face][cut->ring[k].corner] == node;
-        if (!moved)
-            move_node(model, node, snap->move);
-        for (int k = 0; k < 3; k++) {
-            detail_mark(model, cut->node[face][k]);
-            detail_measure_fold(&detail->folds, set->levels.finest,
-                                set->levels.level[set->levels.finest].face_edge[face][k]);
-        }
-    }
-}
-
 // --- cuts ---
 
 FrameStart detail_cut_begin(SurfaceModel *model)
@@ -228,38 +192,19 @@ static void describe(const DetailCut *cut, CutOutcome *outcome)
     outcome->small_pieces = cut->small_count;
 }
 
-// Breaks the links that the finder has found. The nodes in `snap` move onto the blade.
-static bool break_found(Body *body, const CutSnap *snap, int snaps, CutOutcome *outcome,
-                        TopologyChange *change)
+// Breaks the links that the finder has found.
+static bool break_found(Body *body, CutOutcome *outcome, TopologyChange *change)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
-    const LeafSet *set = &detail->set;
-    const CutFinder *finder = &set->cut->finder;
-    if (!detail_cut_break(model, finder->edge, finder->count, outcome)) {
-        describe(set->cut, outcome);
-        return false;
+    const CutFinder *finder = &detail->set.cut->finder;
+    const bool broken = detail_cut_break(model, finder->edge, finder->count, outcome);
+    if (broken) {
+        detail_end_cut(body);
+        *change = detail->report.change;
     }
-    for (int i = 0; i < snaps; i++)
-        move_vertex(model, &snap[i]);
-    detail_end_cut(body);
-    describe(set->cut, outcome);
-    *change = detail->report.change;
-    return true;
-}
-
-// Fills cut->snap with how vertices move onto the sweep of a command; returns their number.
-static int snap_found(const Detail *detail, const CutTissue *tissue, const BladeEdge edge[2])
-{
-    DetailCut *cut = detail->set.cut;
-    const CutSnapInput input = {.finder = &cut->finder,
-                                .tissue = tissue,
-                                .edge = edge,
-                                .edges = 2,
-                                .built = cut->built,
-                                .rest = detail->set.levels.position,
-                                .fixed = detail->fixed};
-    return cut_snap(&input, cut->snap_work, cut->snap);
+    describe(detail->set.cut, outcome);
+    return broken;
 }
 
 bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
@@ -272,7 +217,6 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
     const BladeEdge edge[2] = {sweep->before, sweep->after};
     const bool whole = sweep->phase == CUT_WHOLE;
     CutTissue tissue;
-    int snaps = 0;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
     // Refinement must not be needed to see what the blade meets: positions come from
     // detail_cut_look.
@@ -290,12 +234,16 @@ bool detail_blade_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome,
         detail_cut_take_back(model, &start);
         return false;
     }
-    // Only whole commands move vertices: a stroke would move them while it is still cutting.
+    const Vec3 *rest = detail->set.levels.position;
     if (whole)
-        snaps = snap_found(detail, &tissue, edge);
-    bool broken = break_found(body, cut->snap, snaps, outcome, change);
-    if (!broken)
+        cut_lips_whole(finder, &tissue, edge, 2, rest, cut->crossing);
+    else
+        cut_lips_tick(finder, &tissue, rest, cut->crossing);
+    const bool broken = break_found(body, outcome, change);
+    if (!broken) {
+        cut_lips_forget(finder, cut->crossing);
         detail_cut_take_back(model, &start);
+    }
     return broken;
 }
 

@@ -50,15 +50,13 @@ static void create_look(LeafSet *set, const SurfaceOptions *options, Arena *aren
     const Level *finest = &set->levels.level[set->levels.finest];
     int nodes = cut->base_count + cut->copy_capacity;
     cut->bulge = measure_bulge(&set->levels);
-    cut_find_create(&cut->finder, &cut->uncut, cut->built[0], mean_edge(finest, cut->built), name,
-                    arena);
+    cut_find_create(&cut->finder, &cut->uncut, set->levels.position[0],
+                    mean_edge(finest, set->levels.position), name, arena);
     cut->seen = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int64_t, "looks at cut nodes");
     cut->position = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, Vec3, "places of cut nodes");
     cut->sides = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, unsigned char, "sides of cut nodes");
     cut->is_near = ALLOCATE(ARENA_TOPOLOGY, finest->face_count + 1, unsigned char, "near marks");
     cut->near = ALLOCATE(ARENA_TOPOLOGY, finest->face_count + 1, int, "near faces");
-    cut->snap = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, CutSnap, "snapped nodes");
-    cut->snap_work = ALLOCATE(ARENA_TOPOLOGY, cut->base_count + 1, int, "snap marks");
 }
 
 void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *arena,
@@ -82,13 +80,7 @@ void detail_cut_create(Detail *detail, const SurfaceOptions *options, Arena *are
     state_add(state, cut->broken, faces, "%s/broken", name);
     state_add(state, cut->node, faces * sizeof *cut->node, "%s/corners", name);
     state_add(state, cut->copies, sizeof *cut->copies, "%s/copies", name);
-    // Likewise rest positions, which cuts may move.
-    size_t nodes = (size_t)cut->base_count;
-    cut->built = detail->set.levels.position;
-    cut->rest = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, Vec3, "rest places");
-    memcpy(cut->rest, cut->built, nodes * sizeof *cut->rest);
-    detail->set.levels.position = cut->rest;
-    state_add(state, cut->rest, nodes * sizeof *cut->rest, "%s/rest", name);
+    detail_lips_create(detail, arena, state);
     create_look(&detail->set, options, arena);
 
     // Derived arrays and lists of a cut.
@@ -286,10 +278,8 @@ void detail_cut_rebuild(Detail *detail)
                 cut->origin[cut->node[f][k] - cut->base_count] = cut->base[f][k];
     for (int c = 0; detail->fixed != NULL && c < *cut->copies; c++)
         detail->fixed[cut->base_count + c] = detail->fixed[cut->origin[c]];
-    for (int e = 0; e < detail->set.levels.level[detail->set.levels.finest].edge_count; e++)
-        detail_measure_fold(&detail->folds, detail->set.levels.finest,
-                            e); // rest positions may have changed
     detail_cut_lock(&detail->set);
+    detail_lips_rebuild(detail);
     detail_pieces_label(&detail->set);
 }
 
@@ -439,6 +429,7 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
     // Now every face around the vertices is a leaf: split the nodes.
     for (int v = 0; v < cut->vertex_count; v++)
         split_vertex(model, cut->vertex[v]);
+    detail_lips_follow(detail);
     detail_cut_lock(set);
     detail_pieces_label(set);
     slots_label(detail->faces.slots);

@@ -16,13 +16,21 @@
 
 #include "base/memory.h"
 #include "body/cut.h"
-#include "surface/cut/cut_snap.h"
+#include "surface/cut/cut_lips.h"
+#include "surface/cut/cut_smooth.h"
 #include "surface/detail/detail_pieces.h"
 #include "surface/detail/detail_set.h"
 #include "surface/surface.h"
 
 struct SurfaceModel;
 struct Detail;
+
+// The nodes that are shown beside where they are.
+typedef struct DetailLips {
+    int count;
+    int *node, *index; // [count] the node of a lip; [base_count + copy_capacity] its lip, or -1
+    Lip *lip;          // [count]
+} DetailLips;
 
 typedef struct DetailCut {
     // --- constant ---
@@ -31,7 +39,6 @@ typedef struct DetailCut {
     int most_around;      // most faces of the finest level around a node
     Level uncut;          // the finest level, with the corners of the uncut mesh:
     const int (*base)[3]; // [finest faces] these
-    const Vec3 *built;    // [base_count] rest positions of the uncut mesh [m]
     double bulge;         // distance by which nodes of finer levels may stick out of a leaf [m]
 
     // --- part of the state ---
@@ -39,10 +46,8 @@ typedef struct DetailCut {
     int (*node)[3];  // [finest faces] the current nodes of its corners: all code of the body reads
                      // these as the corners of the finest level; of a removed face as uncut
     int64_t *copies; // number in use
-    Vec3 *rest; // [base_count] rest positions [m]: cuts move some onto the blade; kept equal to
-                // levels.position
-
-    float *stretch; // [finest edges] bodies that tear: smoothed stretch; NULL otherwise
+    LipCrossing *crossing; // [finest edges] of broken edges; zero otherwise
+    float *stretch;        // [finest edges] bodies that tear: smoothed stretch; NULL otherwise
 
     // --- derived from the state ---
     int *origin;           // [copy_capacity] the node of the uncut mesh from which a copy was made
@@ -52,6 +57,7 @@ typedef struct DetailCut {
     int *piece;      // [finest faces] the lowest face that is connected with it
     int *node_piece; // [base_count + copy_capacity] piece of the faces there
     int piece_count, small_count; // pieces, and those of a single face among them
+    DetailLips lips;
 
     // --- deformed positions; for one call ---
     CutFinder finder;
@@ -72,8 +78,6 @@ typedef struct DetailCut {
     int *fresh;   // [most_around] components that get a copy
     bool *is_tip; // [nodes] bodies that tear: a crack can continue there
     int *torn;    // [finest edges] bodies that tear
-    CutSnap *snap;
-    int *snap_work; // [base_count] zero between cuts
 } DetailCut;
 
 enum { CUT_GONE = 1 << 3 }; // bit of `broken`: the face is removed
@@ -132,6 +136,25 @@ void detail_cut_look(struct SurfaceModel *model, const BladeEdge *edge, int edge
 bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
                    TopologyChange *change);
 int detail_account(const void *self, TissueAccount *account, int capacity);
+
+// --- detail_lips.c ---
+// Load time.
+void detail_lips_create(struct Detail *detail, Arena *arena, StateList *state);
+// After edges were broken: updates the lips of cut->vertex. Rebuilt: all lips, from the state.
+void detail_lips_follow(struct Detail *detail);
+void detail_lips_rebuild(struct Detail *detail);
+// After the state was overwritten: true if cuts can have produced the crossings.
+bool detail_lips_check(const LeafSet *set);
+// Moves what was read of a node (velocity may be NULL) to where it is shown. `rows` as in
+// rows_read.
+void detail_lips_read(const struct SurfaceModel *model, const void *rows, int node, Vec3 *position,
+                      Vec3 *velocity);
+// Moves the lips among nodes written for clients, by slot of the mesh.
+void detail_lips_show(const struct SurfaceModel *model, const void *rows, float *position,
+                      float *velocity);
+void detail_lips_show_rest(const struct SurfaceModel *model, float *position);
+// Finds the nodes that carry a node that is a lip, and their shares; false: it is none.
+bool detail_lips_carriers(const LeafSet *set, int node, int carrier[3], double share[3]);
 
 // --- detail_tear.c ---
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,

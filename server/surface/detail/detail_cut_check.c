@@ -64,27 +64,13 @@ static bool check_copies(const Detail *detail)
     return ok && (used == copies || !whole);
 }
 
-// True if only ends of broken edges are moved, by at most one snap, with some tolerance for
-// rounding.
-static bool check_rest(const LeafSet *set)
-{
-    const DetailCut *cut = set->cut;
-    const double most = 1.001 * CUT_SNAP_MOST * cut->finder.h;
-    for (int i = 0; i < cut->base_count; i++) {
-        double moved = vec3_length(vec3_sub(cut->rest[i], cut->built[i]));
-        if (!(moved <= (cut->is_end[i] ? most : 0.0)))
-            return false;
-    }
-    return true;
-}
-
 bool detail_cut_check(const Detail *detail)
 {
     if (!check_bits(&detail->set) || !check_copies(detail) || !detail_cut_parts_match(&detail->set))
         return false;
     // Locked faces are refined.
     detail_cut_lock(&detail->set);
-    if (!check_rest(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
+    if (!detail_lips_check(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
         !detail_tear_check(&detail->set) || !detail_frames_check(detail))
         return false;
     for (int f = 0; f < detail->set.face_base[detail->set.levels.finest]; f++)

@@ -88,19 +88,18 @@ void cut_model_create(CutModel *model, CutShape shape)
                     &model->arena);
     cut_find_reserve_blades(&model->finder, 1, "body", &model->arena, &model->state);
     make_rings(model);
-    size_t faces = (size_t)model->faces, vertices = (size_t)model->vertices;
+    size_t faces = (size_t)model->faces;
     model->all = calloc(faces, sizeof *model->all);
     for (int f = 0; f < model->faces; f++)
         model->all[f] = f;
-    model->rest = calloc(vertices, sizeof *model->rest);
     model->broken = calloc(faces, 1);
     model->corner = calloc(faces, sizeof *model->corner);
     model->old_corner = calloc(faces, sizeof *model->corner);
     model->origin = calloc(3 * faces, sizeof *model->origin);
     model->x = calloc(3 * faces, sizeof *model->x);
     model->old_x = calloc(3 * faces, sizeof *model->x);
-    model->moved = calloc(3 * faces, sizeof *model->moved);
-    model->work = calloc(vertices, sizeof *model->work);
+    model->shown = calloc(3 * faces, sizeof *model->shown);
+    model->crossing = calloc((size_t)model->level->edge_count, sizeof *model->crossing);
     model->root = calloc(3 * faces, sizeof *model->root);
     model->id = calloc(3 * faces, sizeof *model->id);
     model->piece = calloc(3 * faces, sizeof *model->piece);
@@ -110,9 +109,9 @@ void cut_model_create(CutModel *model, CutShape shape)
 
 void cut_model_destroy(CutModel *model)
 {
-    void *all[] = {model->ring_start, model->ring,       model->all,    model->rest, model->broken,
-                   model->corner,     model->old_corner, model->origin, model->x,    model->old_x,
-                   model->moved,      model->work,       model->root,   model->id,   model->piece};
+    void *all[] = {model->ring_start, model->ring,   model->all, model->broken, model->corner,
+                   model->old_corner, model->origin, model->x,   model->old_x,  model->shown,
+                   model->crossing,   model->root,   model->id,  model->piece};
     for (size_t i = 0; i < sizeof all / sizeof *all; i++)
         free(all[i]);
     mesh_destroy(&model->mesh);
@@ -125,11 +124,10 @@ void cut_model_reset(CutModel *model, double bend)
     memset(model->broken, 0, (size_t)model->faces);
     memcpy(model->corner, model->level->face, (size_t)model->faces * sizeof *model->corner);
     model->node_count = model->vertices;
-    model->moved_count = 0;
+    memset(model->crossing, 0, (size_t)model->level->edge_count * sizeof *model->crossing);
     for (int v = 0; v < model->vertices; v++) {
         model->origin[v] = v;
-        model->rest[v] = model->levels.position[v];
-        model->x[v] = cut_model_deformed(model, model->rest[v], bend);
+        model->x[v] = cut_model_deformed(model, model->levels.position[v], bend);
     }
 }
 
@@ -148,7 +146,7 @@ Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount)
 void cut_model_deform(CutModel *model, double amount)
 {
     for (int n = 0; n < model->node_count; n++)
-        model->x[n] = cut_model_deformed(model, model->rest[model->origin[n]], amount);
+        model->x[n] = cut_model_deformed(model, model->levels.position[model->origin[n]], amount);
 }
 
 CutTissue cut_model_tissue(const CutModel *model)
@@ -247,21 +245,27 @@ void cut_model_break(CutModel *model)
     split_vertices(model);
 }
 
-static void snap(CutModel *model, const BladeEdge *edge, int edges, const CutTissue *tissue)
+void cut_model_show(CutModel *model)
 {
-    CutSnapInput input = {.finder = &model->finder,
-                          .tissue = tissue,
-                          .edge = edge,
-                          .edges = edges,
-                          .built = model->levels.position,
-                          .rest = model->rest};
-    model->moved_count = cut_snap(&input, model->work, model->moved);
-    for (int i = 0; i < model->moved_count; i++) {
-        const CutSnap *snap = &model->moved[i];
-        model->rest[snap->vertex] = vec3_add(model->rest[snap->vertex], snap->rest);
-        for (int n = 0; n < model->node_count; n++)
-            if (model->origin[n] == snap->vertex)
-                model->x[n] = vec3_add(model->x[n], snap->move);
+    const LipMesh mesh = {.level = model->level,
+                          .rest = model->levels.position,
+                          .broken = model->broken,
+                          .crossing = model->crossing,
+                          .h = model->h};
+    memcpy(model->shown, model->x, (size_t)model->node_count * sizeof *model->x);
+    for (int v = 0; v < model->vertices; v++) {
+        Lip lip[LIPS_RING];
+        const int face = model->ring[model->ring_start[v]];
+        const int count = cut_lips_place(&mesh, face, corner_at(model, face, v), lip);
+        for (int i = 0; i < count; i++) {
+            const int *corner = model->corner[lip[i].face], k = lip[i].corner;
+            const Vec3 x = model->x[corner[k]];
+            Vec3 *at = &model->shown[corner[k]];
+            *at = x;
+            for (int s = 0; s < 2; s++)
+                *at =
+                    vec3_madd(*at, lip[i].share[s], vec3_sub(model->x[corner[(k + s + 1) % 3]], x));
+        }
     }
 }
 
@@ -269,13 +273,11 @@ CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutC
 {
     CutTissue tissue = cut_model_tissue(model);
     CutVerdict verdict = cut_find_whole(&model->finder, &tissue, edge, edges);
-    model->moved_count = 0;
     if (verdict == CUT_DONE && care != CUT_PLAIN)
         verdict = cut_smooth(&model->finder, &tissue, edge, edges);
     if (verdict != CUT_DONE)
         return verdict;
-    if (care == CUT_SNAPPED)
-        snap(model, edge, edges, &tissue);
+    cut_lips_whole(&model->finder, &tissue, edge, edges, model->levels.position, model->crossing);
     cut_model_break(model);
     return verdict;
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A triangle surface without physics that can be cut: what the finder, smoothing and snapping need,
+// A triangle surface without physics that can be cut: what the finder, smoothing and lips need,
 // and the rule by which vertices split, written the plain way.
 #ifndef PLIANT_TESTS_CUT_MODEL_H
 #define PLIANT_TESTS_CUT_MODEL_H
 
 #include "geometry/levels.h"
-#include "surface/cut/cut_snap.h"
+#include "surface/cut/cut_lips.h"
+#include "surface/cut/cut_smooth.h"
 #include "wall_check.h"
 
 // Finest levels: 1280 faces, closed; 2048, flat, one border; 2688, a bent tube with two borders and
@@ -14,7 +15,7 @@ typedef enum CutShape { CUT_SPHERE, CUT_SHEET, CUT_TUBE, CUT_SHAPES } CutShape;
 
 extern const char *const CUT_SHAPE_NAME[CUT_SHAPES];
 
-typedef enum CutCare { CUT_PLAIN, CUT_SMOOTHED, CUT_SNAPPED } CutCare;
+typedef enum CutCare { CUT_PLAIN, CUT_SMOOTHED } CutCare;
 
 typedef struct CutModel {
     CutShape shape;
@@ -28,15 +29,13 @@ typedef struct CutModel {
     int faces, vertices;
     int *ring_start, *ring; // faces around each vertex, ascending
     int *all;               // 0, 1, ...
-    Vec3 *rest;             // [vertices] after snaps
     unsigned char *broken;  // [faces]
     int (*corner)[3];       // [faces]
     int node_count;
-    int *origin; // [3 faces] of a node
-    Vec3 *x;     // [3 faces] of a node
-    CutSnap *moved;
-    int moved_count; // of the last cut
-    int *work;
+    int *origin;           // [3 faces] of a node
+    Vec3 *x;               // [3 faces] of a node
+    LipCrossing *crossing; // [edges]
+    Vec3 *shown;           // [3 faces] where the nodes are shown: after cut_model_show
     // scratch of the rule and the checks
     int (*old_corner)[3];
     Vec3 *old_x;
@@ -53,10 +52,12 @@ void cut_model_deform(CutModel *model, double amount);
 Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount);
 
 CutTissue cut_model_tissue(const CutModel *model);
-// Finds, smooths, snaps and breaks.
+// Finds, smooths, keeps the crossings and breaks.
 CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutCare care);
 // Breaks what the finder found, and splits vertices.
 void cut_model_break(CutModel *model);
+// Fills model->shown.
+void cut_model_show(CutModel *model);
 // Nodes in excess of vertices.
 int cut_model_copies(const CutModel *model);
 // Fails the test unless every invariant of wall_check.h holds, of pieces by unbroken links, and

@@ -23,7 +23,7 @@ static void place_body(CutModel *model, const Stroke *stroke, double t)
 {
     Quat turn = quat_from_rotation(vec3_scale(t, stroke->turn));
     for (int n = 0; n < model->node_count; n++) {
-        Vec3 x = model->rest[model->origin[n]];
+        Vec3 x = model->levels.position[model->origin[n]];
         x = cut_model_deformed(model, x, stroke->amount);
         x = vec3_madd(x, stroke->wave * sin(12.6 * t + 60.0 * x.x), vec3(0.3, -0.5, 0.8));
         model->x[n] = vec3_madd(quat_rotate(turn, x), t, stroke->drift);

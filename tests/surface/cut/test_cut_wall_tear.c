@@ -101,8 +101,9 @@ TEST(a_notched_sheet_tears_from_its_notch_in_two)
         }
         double farthest = 0.0; // from the notch's height, before the crack had half of its way
         for (int c = 0; c < *cut->copies; c++)
-            if (cut->built[cut->origin[c]].x < 0.0)
-                farthest = fmax(farthest, fabs(cut->built[cut->origin[c]].y));
+            if (bench.detail->set.levels.position[cut->origin[c]].x < 0.0)
+                farthest =
+                    fmax(farthest, fabs(bench.detail->set.levels.position[cut->origin[c]].y));
         print_message(
             "start_level %d: %d of %d faces torn off, %lld copies, %.1f mm off the notch\n", start,
             upper, faces, (long long)*cut->copies, 1e3 * farthest);
