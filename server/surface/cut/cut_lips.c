@@ -9,9 +9,11 @@
 
 #define LEAST_SLOPE                                                                                \
     0.2 // sine between face and sheet: a blade in the surface has no direction there
-#define BEYOND      1.0 // [h] the sheet of a command is continued so far
-#define ALIKE       0.8 // cosine between normals of one sheet
-#define SHARES_MOST 4.0 // of a face's edges; more only in slivers
+#define BEYOND      1.0  // [h] the sheet of a command is continued so far
+#define ALIKE       0.8  // cosine between normals of one sheet
+#define EVENLY      0.25 // of the way to between the path's neighbours of a vertex
+#define BORDER_MOST 0.6  // of an edge of the border that a vertex may go along it
+#define SHARES_MOST 4.0  // of a face's edges; more only in slivers
 
 // ---------------------------------------------------------------------------------------------
 // Crossings
@@ -256,14 +258,17 @@ typedef struct Sheets {
     int count;
     Vec3 normal[2];
     double away[2]; // [m] along the normal
+    Vec3
+        even; // within a single sheet, to where the vertex is evenly spaced among those of the path
 } Sheets;
 
 typedef struct SheetSum {
     int count;
     Vec3 at, normal, first, last; // from the vertex
+    Vec3 ends;                    // of the edges, likewise
 } SheetSum;
 
-static void add_crossing(SheetSum *sum, Vec3 at, Vec3 normal)
+static void add_crossing(SheetSum *sum, Vec3 at, Vec3 normal, Vec3 end)
 {
     const double sign = vec3_dot(normal, sum->normal) < 0.0 ? -1.0 : 1.0; // a sheet has two sides
     if (sum->count == 0)
@@ -271,6 +276,7 @@ static void add_crossing(SheetSum *sum, Vec3 at, Vec3 normal)
     sum->last = at;
     sum->at = vec3_add(sum->at, at);
     sum->normal = vec3_madd(sum->normal, sign, normal);
+    sum->ends = vec3_add(sum->ends, end);
     sum->count++;
 }
 
@@ -283,15 +289,16 @@ static Sheets find_sheets(const LipMesh *mesh, const Ring *ring, Vec3 x)
         const Turn turn = ring->turn[i];
         if (!turn.broken)
             continue;
-        const LipCrossing *c =
-            &mesh->crossing[mesh->level->face_edge[turn.face][(turn.corner + 2) % 3]];
+        const int side = (turn.corner + 2) % 3;
+        const LipCrossing *c = &mesh->crossing[mesh->level->face_edge[turn.face][side]];
+        const Vec3 end = mesh->rest[cut_vertex_at(mesh->level, turn.face, side)];
         const Vec3 n = {(double)c->normal[0], (double)c->normal[1], (double)c->normal[2]};
         const Vec3 at = {(double)c->at[0], (double)c->at[1], (double)c->at[2]};
         if (!(vec3_dot(n, n) > 0.0))
             continue;
         for (int s = 0; s < 2; s++)
             if (sum[s].count == 0 || fabs(vec3_dot(n, vec3_unit(sum[s].normal))) > ALIKE) {
-                add_crossing(&sum[s], vec3_sub(at, x), n);
+                add_crossing(&sum[s], vec3_sub(at, x), n, vec3_sub(end, x));
                 break;
             }
     }
@@ -305,6 +312,9 @@ static Sheets find_sheets(const LipMesh *mesh, const Ring *ring, Vec3 x)
         sheets.normal[sheets.count] = n;
         sheets.away[sheets.count++] = vec3_dot(n, at);
     }
+    // A path that crosses the sheet along an edge would have both ends of it in one place.
+    if (sheets.count == 1 && sum[0].count == 2 && ring->closed)
+        sheets.even = vec3_scale(EVENLY, sum[0].ends);
     return sheets;
 }
 
@@ -348,7 +358,7 @@ static bool go_to_sheets(const Sheets *sheets, Vec3 up, Vec3 *way)
     return true;
 }
 
-// A vertex of the border stays on it.
+// A vertex of the border stays on it, unless the sheet is far along it.
 static bool go_along_border(const LipMesh *mesh, const Ring *ring, const Sheets *sheets, Vec3 *way)
 {
     const Corner first = corner_at(mesh, ring->turn[0]),
@@ -359,6 +369,8 @@ static bool go_along_border(const LipMesh *mesh, const Ring *ring, const Sheets 
     for (int s = 0; s < 2; s++) {
         const double slope = vec3_dot(sheets->normal[0], border[s]);
         const double share = sheets->away[0] / slope;
+        if (!(fabs(share) <= BORDER_MOST))
+            continue;
         if (!(fabs(slope) > LEAST_SLOPE * vec3_length(border[s])) || (found && share <= best))
             continue;
         found = true;
@@ -373,11 +385,11 @@ static bool find_way(const LipMesh *mesh, const Ring *ring, const Sheets *sheets
 {
     bool found = false;
     double best = 0.0;
-    if (!ring->closed)
-        return go_along_border(mesh, ring, sheets, way);
+    if (!ring->closed && go_along_border(mesh, ring, sheets, way))
+        return true;
     for (int i = 0; i < ring->count; i++) {
         const Corner corner = corner_at(mesh, ring->turn[i]);
-        Vec3 here = {0.0, 0.0, 0.0};
+        Vec3 here = vec3_madd(sheets->even, -vec3_dot(sheets->even, corner.up), corner.up);
         double share[2];
         if (!go_to_sheets(sheets, corner.up, &here) ||
             !find_shares(here, corner.a, corner.b, share))

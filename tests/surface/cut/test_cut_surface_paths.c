@@ -235,7 +235,10 @@ static int count_flaps(const CutModel *model)
             const int beyond = levels_beyond(model->level, model->level->face_edge[f][k], f);
             if (beyond > f && !(model->broken[f] >> k & 1) &&
                 !(vec3_dot(shown_normal(model, f), shown_normal(model, beyond)) > 0.5))
-                flaps++;
+                {flaps++; if (getenv("FLAP")) { for (int z = 0; z < 2; z++) { int g = z ? beyond : f; print_message("%s face %d broken %d:", z ? "  " : "FLAP", g, model->broken[g]);
+                for (int j = 0; j < 3; j++) { int n = model->corner[g][j]; Vec3 a = model->x[n], b = model->shown[n]; bool bord = false; int v = model->origin[n];
+                for (int q = model->ring_start[v]; q < model->ring_start[v+1]; q++) for (int w = 0; w < 3; w++) bord |= levels_beyond(model->level, model->level->face_edge[model->ring[q]][w], model->ring[q]) < 0 && (model->level->face[model->ring[q]][w]==v || model->level->face[model->ring[q]][(w+1)%3]==v);
+                print_message(" %s(%.2f %.2f %.2f)->(%.2f %.2f %.2f)", bord ? "B" : "", a.x/model->h, a.y/model->h, a.z/model->h, b.x/model->h, b.y/model->h, b.z/model->h); } print_message("\n"); } } }
         }
     return flaps;
 }
