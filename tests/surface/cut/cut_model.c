@@ -4,7 +4,8 @@
 #include "expect.h"
 #include "geometry/generator.h"
 
-const char *const CUT_SHAPE_NAME[CUT_SHAPES] = {"sphere", "sheet", "tube"};
+const char *const CUT_SHAPE_NAME[CUT_ORGANS] = {"sphere", "sheet", "tube", "stomach",
+                                                "gallbladder"};
 
 // --- shapes ---
 
@@ -38,8 +39,11 @@ static void make_mesh(TriMesh *mesh, CutShape shape)
         ok = generate_ico_sphere(mesh, 1, 0.05, &(Status){0});
     else if (shape == CUT_SHEET)
         ok = generate_sheet(mesh, 9, 9, 0.1, 0.1, &(Status){0});
-    else
+    else if (shape == CUT_TUBE)
         make_tube(mesh);
+    else
+        ok = generate_stomach(mesh, shape == CUT_STOMACH ? 188 : 258,
+                              shape == CUT_STOMACH ? 0.25 : 0.06, &(Status){0});
     if (!ok)
         abort();
 }
@@ -74,9 +78,10 @@ void cut_model_create(CutModel *model, CutShape shape)
     MeshFault fault;
     if (!mesh_check(&model->mesh, &fault))
         abort();
-    if (!levels_create(&model->levels, &model->mesh, 2, "body", &model->arena, &(Status){0}))
+    const int finest = shape == CUT_GALLBLADDER ? 0 : 2;
+    if (!levels_create(&model->levels, &model->mesh, finest, "body", &model->arena, &(Status){0}))
         abort();
-    model->level = &model->levels.level[2];
+    model->level = &model->levels.level[finest];
     model->faces = model->level->face_count;
     model->vertices = model->level->node_count;
     double sum = 0.0;
@@ -133,7 +138,7 @@ void cut_model_reset(CutModel *model, double bend)
 
 Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount)
 {
-    double size = model->shape == CUT_TUBE ? 0.15 : 0.1;
+    const double size = model->shape == CUT_TUBE ? 0.15 : model->shape == CUT_STOMACH ? 0.25 : 0.1;
     Vec3 p = vec3_scale(1.0 / size, rest);
     Vec3 bent = {p.x + amount * (0.3 * p.y + 0.25 * p.z * p.z),
                  p.y * (1.0 + 0.4 * amount) + amount * 0.2 * sin(5.0 * p.x),
@@ -280,6 +285,18 @@ CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutC
     cut_lips_whole(&model->finder, &tissue, edge, edges, model->levels.position, model->crossing);
     cut_model_break(model);
     return verdict;
+}
+
+int cut_model_stroke(CutModel *model, const CutSweep *sweep)
+{
+    const CutTissue tissue = cut_model_tissue(model);
+    const CutVerdict verdict = cut_find_tick(&model->finder, &tissue, sweep);
+    assert_true(verdict == CUT_DONE || verdict == CUT_MET_NOTHING || verdict == CUT_WAS_CUT);
+    if (verdict != CUT_DONE)
+        return 0;
+    cut_lips_tick(&model->finder, &tissue, model->levels.position, model->crossing);
+    cut_model_break(model);
+    return model->finder.count;
 }
 
 // Joins faces across unbroken links. No border is broken, and a link is broken for both its faces.

@@ -11,9 +11,18 @@
 
 // Finest levels: 1280 faces, closed; 2048, flat, one border; 2688, a bent tube with two borders and
 // edges of 1 : 2.
-typedef enum CutShape { CUT_SPHERE, CUT_SHEET, CUT_TUBE, CUT_SHAPES } CutShape;
+typedef enum CutShape {
+    CUT_SPHERE,
+    CUT_SHEET,
+    CUT_TUBE,
+    CUT_SHAPES,
+    // The meshes of config/stomach.cfg, at level 2, and of config/gallbladder.cfg, without levels.
+    CUT_STOMACH = CUT_SHAPES,
+    CUT_GALLBLADDER,
+    CUT_ORGANS,
+} CutShape;
 
-extern const char *const CUT_SHAPE_NAME[CUT_SHAPES];
+extern const char *const CUT_SHAPE_NAME[CUT_ORGANS];
 
 typedef enum CutCare { CUT_PLAIN, CUT_SMOOTHED } CutCare;
 
@@ -54,6 +63,8 @@ Vec3 cut_model_deformed(const CutModel *model, Vec3 rest, double amount);
 CutTissue cut_model_tissue(const CutModel *model);
 // Finds, smooths, keeps the crossings and breaks.
 CutVerdict cut_model_cut(CutModel *model, const BladeEdge *edge, int edges, CutCare care);
+// One tick of a stroke: finds, keeps the crossings and breaks. Returns how many links broke.
+int cut_model_stroke(CutModel *model, const CutSweep *sweep);
 // Breaks what the finder found, and splits vertices.
 void cut_model_break(CutModel *model);
 // Fills model->shown.

@@ -75,12 +75,7 @@ static int run(CutModel *model, const Stroke *stroke, double until)
         double t = (double)tick / stroke->ticks;
         place_body(model, stroke, t);
         sweep.after = edge_at(stroke, t);
-        CutTissue tissue = cut_model_tissue(model);
-        CutVerdict verdict = cut_find_tick(&model->finder, &tissue, &sweep);
-        assert_true(verdict == CUT_DONE || verdict == CUT_MET_NOTHING || verdict == CUT_WAS_CUT);
-        if (verdict == CUT_DONE)
-            cut_model_break(model);
-        broken += model->finder.count;
+        broken += cut_model_stroke(model, &sweep);
         sweep.phase = CUT_GOES_ON;
         sweep.before = sweep.after;
     }
