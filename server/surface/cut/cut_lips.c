@@ -13,6 +13,7 @@
 #define ALIKE       0.8  // cosine between normals of one sheet
 #define EVENLY      0.25 // of the way to between the path's neighbours of a vertex
 #define BORDER_MOST 0.6  // of an edge of the border that a vertex may go along it
+#define BEHIND      0.06 // [h] of the base of a tooth behind the sheet
 #define SHARES_MOST 4.0  // of a face's edges; more only in slivers
 
 // ---------------------------------------------------------------------------------------------
@@ -427,6 +428,43 @@ static bool carry(const LipMesh *mesh, const Turn *turn, int count, const Sheets
     return found;
 }
 
+// What keeps the faces of a part from lying flat along the sheet, with all corners on it. A tooth
+// of the path, a face with two broken sides, has its tip on the sheet and the others behind it; a
+// chip, with three, keeps a tenth of its size.
+typedef enum Room { ROOM_NONE, ROOM_BEHIND, ROOM_CHIP } Room;
+
+static Room room_of(const LipMesh *mesh, const Turn *turn, int count)
+{
+    for (int i = 0; i < count; i++) {
+        const unsigned broken = mesh->broken[turn[i].face], k = (unsigned)turn[i].corner;
+        if (broken == 7)
+            return ROOM_CHIP;
+        if ((broken >> (k + 1) % 3 & 1) != 0) // the side opposite to the vertex
+            return ROOM_BEHIND;
+    }
+    return ROOM_NONE;
+}
+
+// Moves the sheets of a part so that it has room.
+static Sheets make_room(const LipMesh *mesh, const Turn *turn, int count, const Sheets *all)
+{
+    Sheets sheets = *all;
+    const Room room = room_of(mesh, turn, count);
+    Vec3 middle = {0.0, 0.0, 0.0};
+    for (int i = 0; i < count; i++) {
+        const Corner corner = corner_at(mesh, turn[i]);
+        middle = vec3_madd(middle, 1.0 / (3.0 * count), vec3_add(corner.a, corner.b));
+    }
+    for (int s = 0; s < sheets.count && room != ROOM_NONE; s++) {
+        const double side = vec3_dot(sheets.normal[s], middle) > sheets.away[s] ? 1.0 : -1.0;
+        if (room == ROOM_CHIP)
+            sheets.away[s] *= 0.9;
+        else
+            sheets.away[s] += side * BEHIND * mesh->h;
+    }
+    return sheets;
+}
+
 int cut_lips_place(const LipMesh *mesh, int face, int corner, Lip lip[LIPS_RING])
 {
     Ring ring;
@@ -447,7 +485,8 @@ int cut_lips_place(const LipMesh *mesh, int face, int corner, Lip lip[LIPS_RING]
     for (int i = 0, end; i < ring.count; i = end) {
         for (end = i + 1; end < ring.count && !ring.turn[end - 1].broken; end++)
             continue;
-        count += carry(mesh, &ring.turn[i], end - i, &sheets, way, &lip[count]);
+        const Sheets own = make_room(mesh, &ring.turn[i], end - i, &sheets);
+        count += carry(mesh, &ring.turn[i], end - i, &own, way, &lip[count]);
     }
     return count;
 }

@@ -27,7 +27,7 @@ static Row *read_all(const DetailBench *bench)
     for (int i = 0; i < count; i++) {
         row[i].on = bench->detail->set.status[i] != NODE_OFF;
         if (row[i].on)
-            bench->body->ops->read_nodes(bench->model, &i, 1, &row[i].x, &row[i].v);
+            wall_read_row(bench, i, &row[i].x, &row[i].v);
     }
     return row;
 }

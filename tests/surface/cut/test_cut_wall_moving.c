@@ -19,7 +19,7 @@ static Vec3 momentum_of_piece(const DetailBench *bench, int piece, double *mass,
         if (detail->set.status[i] != NODE_FREE || detail->set.cut->node_piece[i] != piece)
             continue;
         Vec3 x, v;
-        bench->body->ops->read_nodes(bench->model, &i, 1, &x, &v);
+        wall_read_row(bench, i, &x, &v);
         sum = vec3_madd(sum, bench->model->mass[i], v);
         *center = vec3_madd(*center, bench->model->mass[i], x);
         *mass += bench->model->mass[i];

@@ -120,6 +120,12 @@ void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles)
     expect_near(wall_stiffness(bench), expected, (single ? 1e-7 : 1e-12) * expected);
 }
 
+void wall_read_row(const DetailBench *bench, int node, Vec3 *x, Vec3 *v)
+{
+    const SurfaceModel *model = bench->model;
+    rows_read(&model->basis, model->rows[model->current], model->slot[node], x, v);
+}
+
 CutOutcome wall_cut(DetailBench *bench, const CutOptions *options)
 {
     CutOutcome outcome;

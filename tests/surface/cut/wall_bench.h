@@ -22,6 +22,8 @@ CutOptions wall_sweep_at(Vec3 middle, Vec3 along, Vec3 forward, double length, d
 // Whole planes, short and long cuts, sweeps exactly through nodes and along the line between two,
 // sweeps that begin where the last one ended, twisted ones.
 CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const CutOptions *last);
+// Reads where a node is and moves, not where it is shown.
+void wall_read_row(const DetailBench *bench, int node, Vec3 *x, Vec3 *v);
 // Cuts; fails the test unless mass and momentum stay.
 CutOutcome wall_cut(DetailBench *bench, const CutOptions *options);
 // Takes away at most `amount` [m2]; fails the test unless mass, momentum and area of what is left
