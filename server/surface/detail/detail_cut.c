@@ -429,7 +429,7 @@ bool detail_cut_break(SurfaceModel *model, const int *edge, int edge_count, CutO
     // Now every face around the vertices is a leaf: split the nodes.
     for (int v = 0; v < cut->vertex_count; v++)
         split_vertex(model, cut->vertex[v]);
-    detail_lips_follow(detail);
+    detail_lips_follow(detail, edge, edge_count);
     detail_cut_lock(set);
     detail_pieces_label(set);
     slots_label(detail->faces.slots);

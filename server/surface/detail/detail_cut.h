@@ -140,8 +140,8 @@ int detail_account(const void *self, TissueAccount *account, int capacity);
 // --- detail_lips.c ---
 // Load time.
 void detail_lips_create(struct Detail *detail, Arena *arena, StateList *state);
-// After edges were broken: updates the lips of cut->vertex. Rebuilt: all lips, from the state.
-void detail_lips_follow(struct Detail *detail);
+// After edges were broken: updates the lips around. Rebuilt: all lips, from the state.
+void detail_lips_follow(struct Detail *detail, const int *edge, int count);
 void detail_lips_rebuild(struct Detail *detail);
 // After the state was overwritten: true if cuts can have produced the crossings.
 bool detail_lips_check(const LeafSet *set);

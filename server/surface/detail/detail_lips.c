@@ -22,6 +22,18 @@ void detail_lips_create(Detail *detail, Arena *arena, StateList *state)
         cut->lips.index[i] = -1;
 }
 
+static void forget(DetailLips *lips, int node)
+{
+    const int at = lips->index[node];
+    if (at < 0)
+        return;
+    const int last = --lips->count;
+    lips->node[at] = lips->node[last];
+    lips->lip[at] = lips->lip[last];
+    lips->index[lips->node[at]] = at;
+    lips->index[node] = -1;
+}
+
 static void place(Detail *detail, int vertex)
 {
     const LeafSet *set = &detail->set;
@@ -33,22 +45,33 @@ static void place(Detail *detail, int vertex)
                           .crossing = cut->crossing,
                           .h = cut->finder.h};
     Lip lip[LIPS_RING];
-    detail_cut_ring(set, vertex, cut->ring);
+    const int around = detail_cut_ring(set, vertex, cut->ring);
+    for (int i = 0; i < around; i++)
+        forget(lips, cut->node[cut->ring[i].face][cut->ring[i].corner]);
     const int count = cut_lips_place(&mesh, cut->ring[0].face, cut->ring[0].corner, lip);
     for (int i = 0; i < count; i++) {
         const int node = cut->node[lip[i].face][lip[i].corner];
-        if (lips->index[node] < 0) {
-            lips->index[node] = lips->count;
-            lips->node[lips->count++] = node;
-        }
-        lips->lip[lips->index[node]] = lip[i];
+        lips->index[node] = lips->count;
+        lips->node[lips->count] = node;
+        lips->lip[lips->count++] = lip[i];
     }
 }
 
-void detail_lips_follow(Detail *detail)
+void detail_lips_follow(Detail *detail, const int *edge, int count)
 {
-    for (int v = 0; v < detail->set.cut->vertex_count; v++)
-        place(detail, detail->set.cut->vertex[v]);
+    const DetailCut *cut = detail->set.cut;
+    bool *is_placed = detail->faces.is_redrawn; // false between changes
+    // The corners of the faces beside: a lip depends on its own edges and on those opposite to it.
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < 2 * count; i++) {
+            const int face = cut->uncut.edge_face[edge[i / 2]][i % 2];
+            for (int k = 0; k < 3; k++) {
+                const int vertex = cut->base[face][k];
+                if (pass == 0 && !is_placed[vertex])
+                    place(detail, vertex);
+                is_placed[vertex] = pass == 0;
+            }
+        }
 }
 
 void detail_lips_rebuild(Detail *detail)

@@ -141,8 +141,7 @@ TEST(random_cuts_keep_every_invariant)
     // 2000 cuts sever 14.7 links each, the first 200 10.6, the first 40, which a sanitizer
     // runs, 6.9.
     assert_true(severed > (sequences < 20 ? 5 : 10) * cuts);
-    // Nodes that have moved onto the blade make it meet a few others (1 % here).
-    assert_true(50 * repeats < severed);
+    assert_int_equal(repeats, 0); // lips are shown on the blade; links stay where they were
 }
 
 // The most that can be said of a cut across the whole body, at rest.

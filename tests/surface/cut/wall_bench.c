@@ -108,8 +108,30 @@ CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const C
     return cut;
 }
 
+// Lips that followed cut by cut are those that the state gives.
+static void expect_lips(DetailBench *bench)
+{
+    DetailCut *cut = bench->detail->set.cut;
+    const DetailLips *lips = &cut->lips;
+    const size_t nodes = (size_t)(cut->base_count + cut->copy_capacity);
+    const int count = lips->count;
+    FREED int *index = malloc((nodes + 1) * sizeof *index);
+    FREED Lip *lip = malloc(((size_t)count + 1) * sizeof *lip);
+    memcpy(index, lips->index, nodes * sizeof *index);
+    memcpy(lip, lips->lip, (size_t)count * sizeof *lip);
+    detail_lips_rebuild(bench->detail);
+    assert_int_equal(lips->count, count);
+    for (size_t i = 0; i < nodes; i++) {
+        assert_int_equal(index[i] < 0, lips->index[i] < 0);
+        if (index[i] >= 0)
+            assert_memory_equal(&lip[index[i]], &lips->lip[lips->index[i]], sizeof *lip);
+    }
+    assert_true(detail_lips_check(&bench->detail->set));
+}
+
 void wall_expect_sound(DetailBench *bench, WallShape *shape, int handles)
 {
+    expect_lips(bench);
     *shape = wall_expect_manifold(&bench->body->mesh, handles);
     assert_int_equal(shape->pieces, bench->detail->set.cut->piece_count);
     wall_expect_locked(bench);
