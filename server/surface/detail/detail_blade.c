@@ -163,8 +163,6 @@ void detail_cut_look(SurfaceModel *model, const BladeEdge *edge, int edges, doub
                           .broken = cut->broken};
 }
 
-// --- moving vertices onto the blade ---
-
 // --- cuts ---
 
 FrameStart detail_cut_begin(SurfaceModel *model)
