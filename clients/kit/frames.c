@@ -67,13 +67,6 @@ static bool nodes_valid(const pliant_nodes_t *chunk)
            range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
 }
 
-// True if the memory of so many nodes is paid for by the rows of a mesh that came: a packet of 100
-// bytes must not make its receiver take that of the largest.
-static bool nodes_paid(int count, int mesh_nodes)
-{
-    return count <= FRAMES_NODES_FREE || count <= mesh_nodes;
-}
-
 enum { LOST_MOST = 1 << 16 };
 
 // Forgets the nodes and takes memory for others; the counts stay.

@@ -77,6 +77,26 @@ typedef struct RestFrame {
     int64_t refused; // chunks
 } RestFrame;
 
+// Colours of one body (look_t).
+enum { LOOK_TEXTURE_MAX = 256 };
+typedef struct LookFrame {
+    // of the message being assembled, or of the last complete one
+    int64_t utime; // of the server [us]
+    int32_t sequence, topology, chunk_count;
+    int node_count;
+    unsigned char color[3], wall[3]; // of the body: outside, and of walls of cuts
+    char texture[LOOK_TEXTURE_MAX];
+    bool varies;                     // nodes have colours of their own
+    unsigned char *outside, *inside; // [3 node_count] if it varies
+    int mesh_nodes;                  // as in NodesFrame
+    // bookkeeping
+    bool started, whole;
+    FramesParts nodes;
+    size_t held;     // of the budget [bytes]
+    int64_t lost;    // messages given up for a newer one
+    int64_t refused; // chunks
+} LookFrame;
+
 // The mesh or delta being assembled: rows in the order of their arrival, so that memory follows
 // what has come, not what a message claims. A whole mesh is a change that brings every slot.
 typedef struct MeshChange {
@@ -116,8 +136,10 @@ FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
 // Takes a delta: FRAMES_WHOLE when all of it has arrived and the mesh has its topology.
 FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size);
 FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size);
+FramesResult look_frame_add(LookFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);
 void mesh_frame_destroy(MeshFrame *frame);
 void rest_frame_destroy(RestFrame *frame);
+void look_frame_destroy(LookFrame *frame);
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Shared by frames.c and frames_mesh.c.
+// Shared by frames.c, frames_mesh.c and frames_look.c.
 #ifndef PLIANT_CLIENTS_FRAMES_PARTS_H
 #define PLIANT_CLIENTS_FRAMES_PARTS_H
 
@@ -22,6 +22,13 @@ static inline bool parts_whole(const FramesParts *parts)
 static inline bool range_inside(int32_t first, int32_t count, int32_t limit)
 {
     return first >= 0 && count >= 0 && first <= limit && count <= limit - first;
+}
+
+// True if the memory of so many nodes is paid for by the rows of a mesh that came: a packet of 100
+// bytes must not make its receiver take that of the largest.
+static inline bool nodes_paid(int count, int mesh_nodes)
+{
+    return count <= FRAMES_NODES_FREE || count <= mesh_nodes;
 }
 
 // How far a sequence may be behind and still count as late. Many frames come per second. Whole

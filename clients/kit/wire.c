@@ -11,6 +11,7 @@
 #include "pliant_event_t.h"
 #include "pliant_hello_t.h"
 #include "pliant_ledger_t.h"
+#include "pliant_look_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
@@ -34,6 +35,7 @@ const WireType WIRE_MESH_DELTA = {"l iiiiiii nn *0i *1i nn *2i *2i *2i *3i *2i *
                                   __pliant_mesh_delta_t_get_hash, "mesh_delta_t"};
 const WireType WIRE_REST = {"l iiiii i n *0f n *1f", __pliant_rest_t_get_hash, "rest_t"};
 const WireType WIRE_WALLS = {"l iii", __pliant_walls_t_get_hash, "walls_t"};
+const WireType WIRE_LOOK = {"l iiiii s 3b 3b i n *0b *0b", __pliant_look_t_get_hash, "look_t"};
 const WireType WIRE_CONTACT = {"l ii l d ll b 3d 3d 3d 3d 3d d 9d d", __pliant_contact_t_get_hash,
                                "contact_t"};
 const WireType WIRE_STATUS = {"l i ss l ddd lll 4d 4d n *0s *0d n *1(sss iiiiii dddddd) n *2s *2l",

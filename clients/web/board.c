@@ -14,7 +14,7 @@
 // Binary messages are written in memory order.
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the page expects little-endian numbers");
 
-enum { KIND_MESH = 1, KIND_NODES = 2, KIND_REST = 3, HEADER_WORDS = 6 };
+enum { KIND_MESH = 1, KIND_NODES = 2, KIND_REST = 3, KIND_LOOK = 4, HEADER_WORDS = 6 };
 
 static Parcel *make(bool text, size_t size)
 {
@@ -91,6 +91,19 @@ Parcel *parcel_rest(int body, const RestFrame *rest)
     return parcel;
 }
 
+Parcel *parcel_look(int body, const LookFrame *look)
+{
+    const size_t values = look->varies ? 3 * (size_t)look->node_count : 0;
+    Parcel *parcel = make(false, 4 * HEADER_WORDS + 6 + 2 * values);
+    unsigned char *at = parcel->data;
+    put_header(&at, KIND_LOOK, body, look->topology, look->node_count, look->varies, 0);
+    put(&at, look->color, sizeof look->color, 1);
+    put(&at, look->wall, sizeof look->wall, 1);
+    put(&at, look->outside, values, 1);
+    put(&at, look->inside, values, 1);
+    return parcel;
+}
+
 Parcel *parcel_hold(Parcel *parcel)
 {
     if (parcel)
@@ -131,6 +144,7 @@ static void empty_slot(BoardSlot *slot)
 static void empty_bodies(Board *board)
 {
     for (int i = 0; i < BOARD_BODIES; i++) {
+        empty_slot(&board->body[i].look);
         empty_slot(&board->body[i].mesh);
         empty_slot(&board->body[i].rest);
         empty_slot(&board->body[i].nodes);
@@ -222,6 +236,11 @@ void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *
     fill_slot(board, &to->nodes, nodes);
     pthread_cond_broadcast(&board->news);
     pthread_mutex_unlock(&board->lock);
+}
+
+void board_set_look(Board *board, int body, Parcel *look)
+{
+    set_slot(board, &board->body[body].look, look);
 }
 
 // Wakes no thread: contacts and poses come up to a thousand times per second, and the threads of
@@ -419,6 +438,7 @@ static void take(Board *board, BoardPage *page, Round *round)
     take_slot(&board->playback, seen, round);
     // then each body's newest set,
     for (int i = 0; i < BOARD_BODIES; i++) {
+        take_slot(&board->body[i].look, seen, round);
         take_slot(&board->body[i].mesh, seen, round);
         take_slot(&board->body[i].rest, seen, round);
         take_slot(&board->body[i].nodes, seen, round);

@@ -30,6 +30,7 @@ Parcel *parcel_text(const char *text);
 Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall);
 Parcel *parcel_nodes(int body, const NodesFrame *nodes);
 Parcel *parcel_rest(int body, const RestFrame *rest);
+Parcel *parcel_look(int body, const LookFrame *look);
 
 Parcel *parcel_hold(Parcel *parcel); // may be NULL; returns it
 void parcel_drop(Parcel *parcel);    // may be NULL
@@ -47,7 +48,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 7 + 3 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 7 + 4 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -57,7 +58,7 @@ typedef struct BoardSlot {
 } BoardSlot;
 
 typedef struct BoardBody {
-    BoardSlot mesh, rest, nodes; // the nodes are those of the mesh
+    BoardSlot look, mesh, rest, nodes; // the nodes are those of the mesh
 } BoardBody;
 
 typedef struct BoardContact {
@@ -126,6 +127,8 @@ void board_set_workbench(Board *board, Parcel *workbench);
 void board_set_playback(Board *board, Parcel *recording, Parcel *playback);
 // Sets parcels of a body; a new mesh must come with nodes of it. NULL: unchanged.
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
+// Colours of a body, whatever its mesh is now.
+void board_set_look(Board *board, int body, Parcel *look);
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 // To every page, or to the page of that sender (returns false if there is none).

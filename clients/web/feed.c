@@ -28,6 +28,7 @@ static void forget_body(Bodies *bodies)
         mesh_frame_destroy(&bodies->body[i].mesh);
         nodes_frame_destroy(&bodies->body[i].nodes);
         rest_frame_destroy(&bodies->body[i].rest);
+        look_frame_destroy(&bodies->body[i].look);
     }
     bodies->count = 0;
     bodies->open = false;
@@ -122,11 +123,26 @@ static void show(Bodies *bodies, Body *body)
         board_set_body(bodies->board, index, new_mesh, new_rest, new_nodes);
 }
 
+// Puts new colours on the board; the page knows which mesh they are of.
+static void show_look(Bodies *bodies, Body *body)
+{
+    if (!body->new_look || !bodies->open)
+        return;
+    const int index = (int)(body - bodies->body);
+    Parcel *parcel =
+        unless_shown(&bodies->board->body[index].look, parcel_look(index, &body->look));
+    if (parcel)
+        board_set_look(bodies->board, index, parcel);
+    body->new_look = false;
+}
+
 void bodies_open(Bodies *bodies)
 {
     bodies->open = true;
-    for (int i = 0; i < bodies->count; i++)
+    for (int i = 0; i < bodies->count; i++) {
+        show_look(bodies, &bodies->body[i]);
         show(bodies, &bodies->body[i]);
+    }
 }
 
 void bodies_take_mesh(Bodies *bodies, const char *name, const void *data, size_t size)
@@ -174,6 +190,18 @@ void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t
         return;
     body->new_rest = true;
     show(bodies, body);
+}
+
+void bodies_take_look(Bodies *bodies, const char *name, const void *data, size_t size)
+{
+    Body *body = find(bodies, name);
+    if (!body)
+        return;
+    body->look.mesh_nodes = body->mesh.most_nodes;
+    if (look_frame_add(&body->look, data, size) != FRAMES_WHOLE)
+        return;
+    body->new_look = true;
+    show_look(bodies, body);
 }
 
 void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size)
@@ -436,6 +464,13 @@ static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
+static void on_look(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_look(&feed->bodies, body_of(feed, "LOOK", channel), buffer->data,
+                     buffer->data_size);
+}
+
 static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Feed *feed = user;
@@ -469,6 +504,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
               client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
               client_subscribe(client, "POINTS", ".+", 4096, on_nodes, feed) &&
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
+              client_subscribe(client, "LOOK", ".+", 4096, on_look, feed) &&
               client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);

@@ -123,6 +123,7 @@ typedef enum BodyParameter {
 #define ADAPT_RANGE    0, 1e+09
 
 typedef struct Body Body;
+typedef struct BodyLook BodyLook; // body/look.h
 
 // How much of the state before a tick is restored. The topology stays in any case.
 typedef enum RestoreMode {
@@ -274,6 +275,7 @@ struct Body {
     // of its origin. Owned by the creator; NULL: none, or not used.
     const float (*texture)[2];
     int texture_count;
+    const BodyLook *look;  // owned by the creator; NULL: the scene says nothing of it
     int state_capacity;    // most rows of read_state
     double half_thickness; // [m] of a plane body: distance of the nodes of `surface` above and
                            // below its state's positions; else 0

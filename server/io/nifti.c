@@ -158,7 +158,7 @@ static bool check_dimensions(const Nifti *nifti, LabelVolume *volume, VolumeData
     return true;
 }
 
-static bool find_type(const Nifti *nifti, VolumeData *data)
+static bool find_type(const Nifti *nifti, LabelVolume *volume, VolumeData *data)
 {
     static const struct {
         int code;
@@ -167,6 +167,15 @@ static bool find_type(const Nifti *nifti, VolumeData *data)
                  {DT_UINT16, VOXEL_UINT16},  {DT_INT32, VOXEL_INT32},   {DT_UINT32, VOXEL_UINT32},
                  {DT_INT64, VOXEL_INT64},    {DT_UINT64, VOXEL_UINT64}, {DT_FLOAT32, VOXEL_FLOAT32},
                  {DT_FLOAT64, VOXEL_FLOAT64}};
+    const int colours = nifti->header.datatype == DT_RGB24    ? 3
+                        : nifti->header.datatype == DT_RGBA32 ? 4
+                                                              : 0;
+    if (data->picture && colours > 0 && volume->layers == 1) {
+        data->type = VOXEL_UINT8;
+        data->inner = 1;
+        volume->layers = colours;
+        return true;
+    }
     // Labels may be stored as any number that can hold an integer.
     for (size_t t = 0; t < sizeof types / sizeof *types; t++)
         if (types[t].code == nifti->header.datatype) {
@@ -371,6 +380,6 @@ bool volume_read_nifti(const VolumeFile *file, LabelVolume *volume, VolumeData *
     if (!library_load(&nifti_library, file->path, status) || !read_bytes(&nifti))
         return false;
     volume->format = nifti.size == NIFTI2_SIZE ? "NIfTI-2" : "NIfTI-1";
-    return check_dimensions(&nifti, volume, data) && find_type(&nifti, data) &&
+    return check_dimensions(&nifti, volume, data) && find_type(&nifti, volume, data) &&
            check_spacing(&nifti) && place(&nifti, volume, data) && find_data(&nifti, data);
 }

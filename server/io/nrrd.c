@@ -365,8 +365,8 @@ static bool find_axes(const Header *header, const Nrrd *nrrd, int axis[3], Label
     double inner = 1.0;
     for (unsigned a = 0; a < nrrd->dim; inner *= (double)nrrd->axis[a++].size) {
         size_t size = nrrd->axis[a].size;
-        if (is_layered(&nrrd->axis[a]) && !is_space[a] && size > 1 && volume->layers == 1 &&
-            size <= VOLUME_MOST_VOXELS) {
+        if ((data->picture || is_layered(&nrrd->axis[a])) && !is_space[a] && size > 1 &&
+            volume->layers == 1 && size <= VOLUME_MOST_VOXELS) {
             // More voxels than this are refused later.
             data->inner = (long)fmin(inner, VOLUME_MOST_VOXELS);
             volume->layers = (int)size;

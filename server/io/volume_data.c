@@ -370,9 +370,9 @@ static size_t keep_layer(const VolumeData *data, const LabelVolume *volume, long
     return kept;
 }
 
-static bool read_labels(const VolumeData *data, Source *source, Slice *slice, Status *status)
+static bool read_values(const VolumeData *data, const LabelVolume *volume, Source *source,
+                        VolumeSink *sink, void *user, Status *status)
 {
-    const LabelVolume *volume = slice->volume;
     unsigned char *bytes = malloc((size_t)CHUNK * 8);
     double *value = malloc((size_t)CHUNK * sizeof *value);
     ASSERT(bytes != NULL && value != NULL);
@@ -384,20 +384,20 @@ static bool read_labels(const VolumeData *data, Source *source, Slice *slice, St
         left -= (long long)part;
     }
     // Then a piece at a time, so that memory does not grow with the file.
-    const long values = slice->area * volume->count[2] * volume->layers;
+    const long values =
+        (long)volume->count[0] * volume->count[1] * volume->count[2] * volume->layers;
     for (long first = 0; ok && first < values; first += CHUNK) {
         size_t count = (size_t)(values - first < CHUNK ? values - first : CHUNK);
-        ok = read_chunk(data, source, bytes, value, count, first, status);
-        count = ok ? keep_layer(data, volume, first, count, value) : 0;
-        ok = ok && to_labels(data, value, count, slice, status);
+        ok = read_chunk(data, source, bytes, value, count, first, status) &&
+             sink(user, data, volume, first, value, count, status);
     }
     free(bytes);
     free(value);
     return ok;
 }
 
-bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *take, void *user,
-                      Status *status)
+bool volume_data_values(const VolumeData *data, const LabelVolume *volume, VolumeSink *sink,
+                        void *user, Status *status)
 {
     double voxels = (double)volume->count[0] * (double)volume->count[1] * (double)volume->count[2];
     // The size must be one that can be, before memory is taken.
@@ -407,25 +407,43 @@ bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *t
                            VOLUME_MOST_VOXELS);
     if (!check_size(data, voxels * volume->layers, status))
         return false;
-    Slice slice = {.volume = volume, .take = take, .user = user};
-    slice.area = (long)volume->count[0] * volume->count[1];
-    slice.label = malloc((size_t)slice.area * sizeof *slice.label);
-    if (slice.label == NULL)
-        return status_fail(status, STATUS_FAILED, "%s: no memory for %ld voxels", data->file.path,
-                           slice.area);
     // Read them; a damaged stream shows at its end.
     Source source;
     bool ok = source_open(&source, &data->file, data->offset, data->encoding == ENCODING_GZIP);
     if (!ok) {
         status_fail(status, STATUS_FAILED, "%s: %s", data->file.path, strerror(errno));
     } else {
-        ok = read_labels(data, &source, &slice, status);
+        ok = read_values(data, volume, &source, sink, user, status);
         const char *fault = ok ? source_fault(&source) : NULL;
         if (fault != NULL)
             ok = status_fail(status, STATUS_INVALID, "%s: its packed data %s", data->file.path,
                              fault);
         source_close(&source);
     }
+    return ok;
+}
+
+// Takes the values of one layer as labels.
+static bool take_labels(void *user, const VolumeData *data, const LabelVolume *volume, long first,
+                        double *value, size_t count, Status *status)
+{
+    Slice *slice = user;
+    // Memory only once the size is known to be one that can be.
+    if (slice->label == NULL) {
+        slice->area = (long)volume->count[0] * volume->count[1];
+        slice->label = malloc((size_t)slice->area * sizeof *slice->label);
+        if (slice->label == NULL)
+            return status_fail(status, STATUS_FAILED, "%s: no memory for %ld voxels",
+                               data->file.path, slice->area);
+    }
+    return to_labels(data, value, keep_layer(data, volume, first, count, value), slice, status);
+}
+
+bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *take, void *user,
+                      Status *status)
+{
+    Slice slice = {.volume = volume, .take = take, .user = user};
+    const bool ok = volume_data_values(data, volume, take_labels, &slice, status);
     free(slice.label);
     return ok;
 }

@@ -47,6 +47,7 @@ typedef struct VolumeData {
     bool swapped;        // byte order differs from this machine's
     double slope, inter; // label = slope value + inter; slope 0: label = value
     long inner;          // values in a row of one layer, before those of the next
+    bool picture;        // set before the header is read: several values a voxel are layers
 } VolumeData;
 
 // Opens a file. Returns false with a status that names it; call volume_file_close in any case.
@@ -68,6 +69,16 @@ typedef bool VolumeTake(void *user, int k, const int *label, Status *status);
 // layers. Values within 1e-3 of a whole number are that; negative ones are 0, and counted.
 bool volume_data_read(const VolumeData *data, LabelVolume *volume, VolumeTake *take, void *user,
                       Status *status);
+// Takes `count` values of all layers as they are in the file, from number `first` on; may change
+// them. False with a status ends reading.
+typedef bool VolumeSink(void *user, const VolumeData *data, const LabelVolume *volume, long first,
+                        double *value, size_t count, Status *status);
+// Passes all values to `sink`, in order, after checking that the file can hold them.
+bool volume_data_values(const VolumeData *data, const LabelVolume *volume, VolumeSink *sink,
+                        void *user, Status *status);
+// Reads a picture: its header, then its values to `sink`.
+bool volume_read_picture(const char *path, LabelVolume *volume, VolumeSink *sink, void *user,
+                         Status *status);
 // Reads a layer of a file: `volume` without labels, and its slices to `take`.
 bool volume_read(const char *path, int layer, LabelVolume *volume, VolumeTake *take, void *user,
                  Status *status);

@@ -134,36 +134,51 @@ static bool read_header(const VolumeFile *file, LabelVolume *volume, VolumeData 
 
 // Opens both files and reads everything of the volume but its labels. data->file is empty if the
 // voxels are in `file`.
-static bool open_volume(const char *path, VolumeFile *file, LabelVolume *volume, VolumeData *data,
-                        Status *status)
+static bool open_volume(const char *path, bool picture, VolumeFile *file, LabelVolume *volume,
+                        VolumeData *data, Status *status)
 {
     *volume = (LabelVolume){.layers = 1, .layer = 1};
-    *data = (VolumeData){.file.descriptor = -1, .inner = 1};
+    *data = (VolumeData){.file.descriptor = -1, .inner = 1, .picture = picture};
     return volume_file_open(path, file, status) && read_header(file, volume, data, status) &&
            check_axes(path, volume, status);
 }
 
-bool volume_read(const char *path, int layer, LabelVolume *volume, VolumeTake *take, void *user,
-                 Status *status)
+// Reads the voxels: labels of a layer to `take`, or all values to `sink`.
+static bool read_voxels(const char *path, int layer, LabelVolume *volume, VolumeTake *take,
+                        VolumeSink *sink, void *user, Status *status)
 {
     VolumeFile file;
     VolumeData data;
-    bool ok = open_volume(path, &file, volume, &data, status);
+    bool ok = open_volume(path, sink != NULL, &file, volume, &data, status);
     if (ok && (layer < 1 || layer > volume->layers))
         ok = status_fail(status, STATUS_INVALID, "%s: layer %d outside [1, %d]", path, layer,
                          volume->layers);
     volume->layer = layer;
-    // The voxels are in a file of their own, or in this one.
+    // They are in a file of their own, or in this one.
     if (ok) {
         bool own = data.file.path != NULL;
         if (!own)
             data.file = file;
-        ok = volume_data_read(&data, volume, take, user, status);
+        ok = sink != NULL ? volume_data_values(&data, volume, sink, user, status)
+                          : volume_data_read(&data, volume, take, user, status);
         if (!own)
             data.file = (VolumeFile){.descriptor = -1};
     }
     volume_file_close(&data.file);
     volume_file_close(&file);
+    return ok;
+}
+
+bool volume_read_picture(const char *path, LabelVolume *volume, VolumeSink *sink, void *user,
+                         Status *status)
+{
+    return read_voxels(path, 1, volume, NULL, sink, user, status);
+}
+
+bool volume_read(const char *path, int layer, LabelVolume *volume, VolumeTake *take, void *user,
+                 Status *status)
+{
+    const bool ok = read_voxels(path, layer, volume, take, NULL, user, status);
     if (ok && volume->negative > 0)
         volume_note(volume, "%ld voxels with negative values are empty", volume->negative);
     if (!ok)
@@ -236,7 +251,7 @@ bool volume_import_header(const char *path, LabelVolume *volume, Status *status)
 {
     VolumeFile file;
     VolumeData data;
-    bool ok = open_volume(path, &file, volume, &data, status);
+    bool ok = open_volume(path, false, &file, volume, &data, status);
     volume_file_close(&data.file);
     volume_file_close(&file);
     if (!ok)
@@ -260,7 +275,7 @@ bool volume_find_data(const char *path, char **found, Status *status)
     VolumeFile file;
     VolumeData data;
     LabelVolume volume;
-    bool ok = open_volume(path, &file, &volume, &data, status);
+    bool ok = open_volume(path, false, &file, &volume, &data, status);
     *found = NULL;
     // The caller gets the name, and nothing else stays open.
     if (ok && data.file.path != NULL) {

@@ -128,11 +128,11 @@ void bus_create_mesh_stream(Bus *bus, int index, Arena *arena)
 
 // --- whole meshes ---
 
-static void send_mesh_chunk(Bus *bus, int index)
+static void send_mesh_chunk(Bus *bus, int index, int chunk)
 {
     BodyStream *stream = &bus->body[index];
     const BodyMesh *mesh = &stream->mesh;
-    const int chunk = stream->whole.next, chunks = stream->mesh_chunks;
+    const int chunks = stream->mesh_chunks;
     // This chunk's share of the triangles and of the nodes.
     int triangle = chunk_begin(mesh->triangle_count, chunk, chunks);
     int triangle_end = chunk_begin(mesh->triangle_count, chunk + 1, chunks);
@@ -173,10 +173,14 @@ static void send_whole_chunk(Bus *bus, int index)
     BodyStream *stream = &bus->body[index];
     if (stream->whole.next == 0)
         send_walls(bus, index);
-    if (stream->whole.next < stream->mesh_chunks)
-        send_mesh_chunk(bus, index);
+    // The look comes first: a mesh is drawn as soon as it is there.
+    const int chunk = stream->whole.next - stream->look_chunks;
+    if (chunk < 0)
+        bus_send_look_chunk(bus, index, stream->whole.next);
+    else if (chunk < stream->mesh_chunks)
+        send_mesh_chunk(bus, index, chunk);
     else
-        bus_send_rest_chunk(bus, index, stream->whole.next - stream->mesh_chunks);
+        bus_send_rest_chunk(bus, index, chunk - stream->mesh_chunks);
     stream->whole.next++;
 }
 
@@ -184,10 +188,13 @@ static void start_mesh(Bus *bus, int index, int64_t now_ns)
 {
     BodyStream *stream = &bus->body[index];
     // The rest positions follow the mesh.
+    stream->look_chunks = bus_look_chunks(bus, index);
     stream->mesh_chunks = chunks_of_mesh(stream->mesh.node_count, stream->mesh.triangle_count);
-    int count = stream->mesh_chunks + bus_rest_chunks(stream);
+    int count = stream->look_chunks + stream->mesh_chunks + bus_rest_chunks(bus, index);
     stream->whole_wanted = false;
     bus->channel[OUT_MESH][index].sequence++;
+    if (stream->look_chunks > 0)
+        bus_start_look(bus, index);
     // A mesh that changes must leave before it changes again.
     pace_start(&stream->whole, count,
                stream->copy == NULL ? bus->scene->publish.mesh_hz : (double)CHUNKS_A_SECOND / count,
@@ -242,6 +249,7 @@ bool bus_follow_mesh(Bus *bus, int index, int64_t now_ns, bool at_once)
     stream->mesh = mesh_copy_view(stream->copy);
     if (stream->rest != NULL)
         rest_copy_take(stream->rest, exchange_frame_rest(bus->exchange, index, stream->frame));
+    bus_renew_look(bus, index);
     bus->channel[OUT_MESH_DELTA][index].sequence++;
     // Use a quarter of the time to the next frame, so that time is left for the nodes.
     pace_start(&stream->delta_pace, mesh_delta_chunks(&stream->delta),
@@ -274,7 +282,7 @@ void bus_create_rest_stream(Bus *bus, int index, Arena *arena)
 {
     BodyStream *stream = &bus->body[index];
     const Body *body = sim_body(bus->sim, index);
-    if (!bus->scene->publish.rest || !rest_is_known(body))
+    if (!rest_is_wanted(body, bus->scene->publish.rest))
         return;
     // The bus keeps what it publishes: the step thread goes on.
     stream->rest = arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(&body->mesh),
@@ -285,9 +293,12 @@ void bus_create_rest_stream(Bus *bus, int index, Arena *arena)
                                       sizeof *bus->texture, "run/texture_chunk");
 }
 
-int bus_rest_chunks(const BodyStream *stream)
+int bus_rest_chunks(const Bus *bus, int index)
 {
-    return stream->rest == NULL ? 0 : chunks_of(stream->mesh.node_count, NODES_IN_REST_CHUNK);
+    const BodyStream *stream = &bus->body[index];
+    return stream->rest == NULL || !bus->scene->publish.rest
+               ? 0
+               : chunks_of(stream->mesh.node_count, NODES_IN_REST_CHUNK);
 }
 
 void bus_send_rest_chunk(Bus *bus, int index, int chunk)
@@ -296,7 +307,7 @@ void bus_send_rest_chunk(Bus *bus, int index, int chunk)
     const Body *body = sim_body(bus->sim, index); // only its constant members are read
     const RestCopy *rest = stream->rest;
     // This chunk's share of the nodes.
-    const int chunks = bus_rest_chunks(stream);
+    const int chunks = bus_rest_chunks(bus, index);
     const int first = chunk_begin(rest->node_count, chunk, chunks);
     const int end = chunk_begin(rest->node_count, chunk + 1, chunks);
     pliant_rest_t message = {.utime = clock_utime(),

@@ -41,6 +41,7 @@ void bus_create_streams(Bus *bus, Arena *arena)
     for (int i = 0; i < bodies; i++) {
         bus_create_mesh_stream(bus, i, arena);
         bus_create_rest_stream(bus, i, arena);
+        bus_create_look_stream(bus, i, arena);
         create_nodes(bus, i, arena);
     }
 }
@@ -192,6 +193,8 @@ int64_t bus_next_chunk_ns(const Bus *bus)
             int64_t due = pace_next_ns(pace[k]);
             next = due < next ? due : next;
         }
+        const int64_t look_ns = bus_next_look_ns(stream);
+        next = look_ns < next ? look_ns : next;
         // and a mesh that somebody waits for.
         if (stream->whole_wanted && pace_next_ns(&stream->whole) == INT64_MAX &&
             pace_next_ns(&stream->delta_pace) == INT64_MAX && stream->whole_next_ns < next)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
 // contacts, replies, events, status), bus_points.c (positions in packets), bus_ledger.c (the
-// ledger), bus_mesh.c (meshes and rest positions), bus_claim.c (ownership of the prefix). Bus
-// thread only.
+// ledger), bus_look.c (colours), bus_mesh.c (meshes and rest positions), bus_claim.c (ownership of
+// the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -33,7 +33,8 @@
     X(MESH, mesh_t, BODY)                                                                          \
     X(MESH_DELTA, mesh_delta_t, BODY)                                                              \
     X(REST, rest_t, BODY)                                                                          \
-    X(WALLS, walls_t, BODY)
+    X(WALLS, walls_t, BODY)                                                                        \
+    X(LOOK, look_t, BODY)
 
 #define OUT_KIND(channel, type, of) OUT_##channel,
 typedef enum Out { OUT_LIST(OUT_KIND) OUT_KINDS } Out;
@@ -123,6 +124,7 @@ pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *aft
 
 enum {
     NODES_IN_REST_CHUNK = 2048, // 41 kB with texture coordinates
+    NODES_IN_LOOK_CHUNK = 4096, // 25 kB, which take about half a millisecond
     OWN_STATUSES = 64,          // most that may be in transit at a time; a power of two
     BUS_AGAIN_NS = 100000000,   // pause before something that any client may request is sent again
 };
@@ -136,15 +138,20 @@ typedef struct BodyStream {
     int64_t whole_next_ns;         // not before this
     bool frame_wanted;             // again, unless a newer one comes, and
     int64_t frame_next_ns;         // not before this
-    Pace nodes, whole, delta_pace; // of the whole mesh, then of its rest positions
-    int mesh_chunks;               // chunks of the mesh itself
+    Pace nodes, whole, delta_pace; // of the look, the whole mesh, then its rest positions
+    Pace look;                     // of a look without a whole mesh
+    bool look_wanted;              // since the mesh has changed, but
+    int64_t look_next_ns;          // not before this
+    int look_chunks, mesh_chunks;  // of a whole mesh: chunks of the look and of the mesh itself
     BodyMesh mesh;                 // of the body itself when it never changes, else of `copy`
     MeshCopy *copy;
     MeshDelta delta;
     float *node; // of a fitted mesh: what is sent in place of the frame's rows; else NULL
     double *scratch;
-    RestCopy *rest; // of `mesh`; NULL: not published
+    RestCopy *rest; // of `mesh`; NULL: neither published nor needed for its colours
 } BodyStream;
+
+typedef struct LookChunk LookChunk;
 
 typedef struct Subscription {
     Bus *bus;
@@ -190,6 +197,7 @@ struct Bus {
     int64_t fresh_ns, fresh_ticks;    // of the last status that was not a repeat
     OutChannel *channel[OUT_KINDS];   // [1, bodies or tools]
     MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes
+    LookChunk *look_chunk;            // scratch; NULL: no body has nodes of different colours
     float *texture;                   // scratch of a chunk; NULL if no body has texture to publish
     const StatusOut *status;          // the newest taken, or NULL
     const Ledger *ledger;             // likewise
@@ -242,8 +250,21 @@ bool bus_follow_mesh(Bus *bus, int body, int64_t now_ns, bool at_once);
 bool bus_send_delta(Bus *bus, int body, int64_t now_ns, bool now);
 void bus_create_rest_stream(Bus *bus, int body, Arena *arena);
 // Returns the number of chunks that follow a whole mesh; 0: rest positions are not published.
-int bus_rest_chunks(const BodyStream *stream);
+int bus_rest_chunks(const Bus *bus, int index);
 void bus_send_rest_chunk(Bus *bus, int index, int chunk);
+
+// bus_look.c
+void bus_create_look_stream(Bus *bus, int index, Arena *arena);
+// Returns the number of chunks of a look; 0: the scene names none.
+int bus_look_chunks(const Bus *bus, int index);
+// Begins another look; the chunks are sent one by one.
+void bus_start_look(Bus *bus, int index);
+void bus_send_look_chunk(Bus *bus, int index, int chunk);
+// Notes that the mesh has changed: its look follows soon.
+void bus_renew_look(Bus *bus, int index);
+void bus_send_looks(Bus *bus, int64_t now_ns);
+// Returns when the next chunk of a look is due that no whole mesh brings.
+int64_t bus_next_look_ns(const BodyStream *stream);
 
 // bus_out.c: replies, events and status
 void bus_send_answer(Bus *bus, const Answer *answer);

@@ -175,7 +175,7 @@ static void create_ring(Ring *ring, Arena *arena, unsigned capacity, size_t stri
               stride);
 }
 
-static void create_frames(Exchange *exchange, int index, const Body *body, Arena *arena)
+static void create_frames(Exchange *exchange, int index, const Body *body, bool rest, Arena *arena)
 {
     // A frame and what follows it in one piece, so that one slot hands over all.
     size_t values = (size_t)mesh_most_rows(body) * (exchange->velocity ? 6 : 3);
@@ -183,7 +183,7 @@ static void create_frames(Exchange *exchange, int index, const Body *body, Arena
     if (mesh_changes(body)) {
         exchange->mesh_at[index] = round_up(bytes);
         bytes = exchange->mesh_at[index] + mesh_copy_bytes(&body->mesh);
-        if (exchange->rest_at != NULL && rest_is_known(body)) {
+        if (rest_is_wanted(body, rest)) {
             exchange->rest_at[index] = bytes;
             bytes += rest_copy_bytes(&body->mesh);
         }
@@ -300,11 +300,14 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                                      sizeof *exchange->frame, "run/frame_slots");
     exchange->mesh_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                                        sizeof *exchange->mesh_at, "run/frame_meshes");
-    if (options->rest)
+    bool rest = options->rest;
+    for (int i = 0; i < exchange->body_count; i++)
+        rest |= rest_is_wanted(sim_body(sim, i), false);
+    if (rest)
         exchange->rest_at = arena_allocate(arena, ARENA_OUTPUT, (size_t)exchange->body_count,
                                            sizeof *exchange->rest_at, "run/frame_rests");
     for (int i = 0; i < exchange->body_count; i++)
-        create_frames(exchange, i, sim_body(sim, i), arena);
+        create_frames(exchange, i, sim_body(sim, i), options->rest, arena);
     create_slot(&exchange->status, arena,
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
     if (options->ledger > 0)

@@ -7,6 +7,7 @@
 
 #include "base/handover.h"
 #include "body/body.h"
+#include "body/look.h"
 #include "io/checkpoint.h"
 #include "run/input.h"
 #include "scene/build.h"
@@ -83,6 +84,12 @@ typedef struct RestCopy {
 static inline bool rest_is_known(const Body *body)
 {
     return body->ops->snapshot_rest != NULL;
+}
+
+// True if they are published, or if the colours of nodes follow from them.
+static inline bool rest_is_wanted(const Body *body, bool published)
+{
+    return rest_is_known(body) && (published || (body->look != NULL && look_varies(body->look)));
 }
 
 // Returns the bytes of a copy for the largest mesh, a multiple of 8.
@@ -183,8 +190,8 @@ typedef struct Exchange {
     Slot *frame;       // [body_count] of Frame
     size_t *mesh_at;   // [body_count] offset of the mesh in such a Frame [bytes]; 0: the mesh never
                        // changes
-    size_t *rest_at;   // [body_count] offset of its rest positions [bytes]; 0: never change. NULL:
-                       // not published
+    size_t *rest_at;   // [body_count] offset of its rest positions [bytes]; 0: never change, or
+                       // not wanted. NULL: of no body
     Slot status;       // of StatusOut
     Slot ledger;       // of Ledger; no memory without bodies that can be cut
     Ring contact;      // of ContactOut; no memory without tools
@@ -229,7 +236,7 @@ typedef struct Exchange {
 
 typedef struct ExchangeOptions {
     bool velocity;    // frames carry velocities
-    bool rest;        // frames of a mesh that changes also carry rest positions
+    bool rest;        // they are published: frames of a mesh that changes also carry them
     bool checkpoints; // space for a checkpoint image
     bool logs_inputs;
     bool records;
@@ -247,7 +254,7 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at
 // Returns the mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread
 // writes it, the thread that took the frame reads it.
 MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);
-// Returns the rest positions of that mesh; NULL unless they are published.
+// Returns the rest positions of that mesh; NULL unless they are wanted.
 RestCopy *exchange_frame_rest(const Exchange *exchange, int body, const Frame *frame);
 // Opens the wake-up descriptors. Returns false if the system has none left.
 bool exchange_open(Exchange *exchange, Status *status);

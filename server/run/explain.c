@@ -55,6 +55,33 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
                 body->mesh.triangle_capacity);
 }
 
+static void print_colours(const LookColours *colours, FILE *out)
+{
+    const unsigned char *o = colours->outside, *i = colours->inside;
+    fprintf(out, "#%02x%02x%02x, inside #%02x%02x%02x\n", o[0], o[1], o[2], i[0], i[1], i[2]);
+}
+
+// Prints the colours that viewers are told.
+static void print_look(const SceneBody *described, FILE *out)
+{
+    const SceneLook *look = &described->look;
+    if (!look->given)
+        return;
+    fputs("  colour ", out);
+    print_colours(&look->usual, out);
+    for (int i = 0; look->label != NULL && i < described->voxels.label_count; i++) {
+        fprintf(out, "  label %d: colour ", described->voxels.label[i]);
+        print_colours(&look->label[i], out);
+    }
+    if (look->image != NULL && look->black == look->white)
+        fprintf(out, "  image of the inside %s\n", look->image);
+    else if (look->image != NULL)
+        fprintf(out, "  image of the inside %s, from %g to %g\n", look->image, look->black,
+                look->white);
+    if (look->texture != NULL)
+        fprintf(out, "  texture %s\n", look->texture);
+}
+
 static void print_stiffening(const Stiffening *stiffening, FILE *out)
 {
     const double knee = stiffening->strain * sqrt(stiffening_curve(stiffening->cap).knee);
@@ -243,6 +270,7 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
         print_springs(body, &described->surface.material, out);
     }
     print_cutting(body, described, out);
+    print_look(described, out);
 }
 
 // Prints the parts of a tool in its own frame (static tools: in the world); viewers parse these

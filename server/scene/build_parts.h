@@ -34,6 +34,12 @@ typedef struct Texture {
 Texture build_texture(World *world, const Scene *scene, const BuildOptions *options,
                       const char *name, TriMesh *mesh, const Levels *levels);
 
+// Makes the look of a body (Body.look) in the arena; NULL: the scene names none. `lattice`: of a
+// body of cells, placed in the world; else NULL. Returns false with a `status` that names the image
+// and its fault.
+bool build_look(World *world, const SceneBody *body, const Lattice *lattice, const BodyLook **look,
+                Status *status);
+
 // --- meshes, as the scene describes and places them, and their levels ----------------------------
 
 // Checks that a mesh has the size of an organ within orders of magnitude; otherwise its unit is

@@ -171,7 +171,7 @@ static bool read_initial(const SceneBody *described, const TriMesh *mesh, const 
 
 // Makes a body from the mesh of level 0, which becomes that of its level if the level is fixed.
 static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh, Texture texture,
-                           Status *status)
+                           const BodyLook *look, Status *status)
 {
     // A body with a fixed level is made of that level's mesh alone.
     if (surface->hierarchy != NULL && !surface_changes(surface)) {
@@ -185,6 +185,7 @@ static bool create_surface(World *world, SurfaceOptions *surface, TriMesh *mesh,
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;
+    body.look = look;
     sim_add_body(world->sim, &body);
     return true;
 }
@@ -194,6 +195,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
 {
     const SceneBody *described = &scene->body[index];
     TriMesh *mesh = &world->mesh[index];
+    const BodyLook *look = NULL;
     Vec3 *position = NULL, *velocity = NULL;
     SurfaceOptions surface = described->surface;
     Arena arena = {0}; // a body with a fixed level needs the hierarchy only while it is built
@@ -214,10 +216,11 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     surface.body.name = described->name;
     surface.body.initial_position = position;
     surface.body.initial_velocity = velocity;
+    ok = ok && build_look(world, described, NULL, &look, status);
     if (ok) {
         Texture texture =
             build_texture(world, scene, options, described->name, mesh, surface.hierarchy);
-        ok = create_surface(world, &surface, mesh, texture, status);
+        ok = create_surface(world, &surface, mesh, texture, look, status);
     }
     free(position);
     free(velocity);

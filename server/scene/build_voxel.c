@@ -87,13 +87,15 @@ static bool create_model(Body *body, World *world, SceneModel model, const Voxel
 }
 
 static bool create_voxel(World *world, const Scene *scene, SceneModel model,
-                         const VoxelOptions *voxel, Texture texture, Status *status)
+                         const VoxelOptions *voxel, Texture texture, const BodyLook *look,
+                         Status *status)
 {
     Body body = {0};
     if (!create_model(&body, world, model, voxel, status) || !check_capacity(scene, &body, status))
         return false;
     body.texture = texture.uv;
     body.texture_count = texture.count;
+    body.look = look;
     sim_add_body(world->sim, &body);
     return true;
 }
@@ -172,6 +174,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
     Lattice lattice = {0};
     SurfaceField field = {0};
     TriMesh skin = {0};
+    const BodyLook *look = NULL;
     Vec3 *position = NULL, *velocity = NULL;
     // The lattice, prepared or made from scratch, and the skin.
     const bool fitted = build_is_fitted(scene, described);
@@ -184,6 +187,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         ok = initial_read_rows(described->initial, most, &voxel.body.initial_count, &position,
                                &velocity, status);
     }
+    ok = ok && build_look(world, described, &lattice, &look, status);
     // What only the whole scene knows, then the body itself.
     if (ok) {
         build_complete(&voxel.body, world, scene, options);
@@ -203,7 +207,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         Watching *watching = watch_regions(scene, described, &voxel);
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);
         warn_skin(scene, described, &lattice, &skin);
-        ok = create_voxel(world, scene, described->model, &voxel, texture, status);
+        ok = create_voxel(world, scene, described->model, &voxel, texture, look, status);
         free(watching);
     }
     free(position);

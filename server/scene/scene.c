@@ -384,6 +384,9 @@ void scene_destroy(Scene *scene)
         free(body->voxels.file);
         free(body->material);
         free(body->skin.file);
+        free(body->look.label);
+        free(body->look.image);
+        free(body->look.texture);
     }
     // So do attachments; the rest are plain arrays and texts.
     free(scene->body);

@@ -4,6 +4,7 @@
 #define PLIANT_SCENE_SCENE_H
 
 #include "base/check.h"
+#include "body/look.h"
 #include "geometry/lattice.h"
 #include "geometry/mesh.h"
 #include "sim/sim.h"
@@ -73,6 +74,17 @@ typedef enum SceneShown {
     SHOWN_BLOCKS, // the faces of its cells
 } SceneShown;
 
+// What a body looks like (bodies.look).
+typedef struct SceneLook {
+    int model;  // SceneModel, while it is read
+    bool given; // the scene says something of its look
+    LookColours usual;
+    LookColours *label;  // [voxels.label_count] NULL: no label has a colour; owned
+    char *image;         // resolved, or NULL; owned
+    double black, white; // values of the image; equal: from the image
+    char *texture;       // as the scene names it, or NULL; owned
+} SceneLook;
+
 // One body. Its options are complete except for values that depend on the mesh or lattice, the
 // initial state, gravity, precision and isa, which world_build sets.
 typedef struct SceneBody {
@@ -100,6 +112,7 @@ typedef struct SceneBody {
     HungMass *weight;        // [voxel.weight_count]; owned; voxel.weight points here
     MeshSource skin;         // file NULL: none
     SceneShown shown;
+    SceneLook look;
 } SceneBody;
 
 enum { POSITIONS_FLOATS, POSITIONS_PACKETS, POSITIONS_BOTH };

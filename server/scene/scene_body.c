@@ -142,6 +142,8 @@ static const Option BODY_OPTIONS[] = {
      .idle = {&IDLE_IS_WHOLE, &IDLE_IS_NOT_HEATED},
      .about = "Voxel: stiffness of tissue that diathermy has coagulated, over that before. From "
               "the first coagulated cell on steps are shorter by its square root; 1: never."},
+    {"look", OPTION_GROUP, AT(look), "", .preset_text = "a colour by its name",
+     .about = "Colours and images for viewers."},
     {"tear", OPTION_GROUP, AT(tear), "", .preset_text = "never tears",
      .feature = {.name = "tearing"},
      .about = "Strain, stress or force at which the body tears; needs `cuttable = true`."},
@@ -330,7 +332,8 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
         body->initial = scene_source_resolve(reader->folder, raw.initial);
     // Then what its model has, and what depends on both.
     return (scene_has_cells(body) ? scene_read_voxel(reader, &raw, body)
-                                  : scene_read_surface(reader, &raw, body)) &&
+                                  : scene_read_surface(reader, &raw, body) &&
+                                        scene_read_look(reader, raw.look, body)) &&
            check_built(reader, &raw, body) && check_plane(reader, &raw, body) &&
            read_tear(reader, &raw, body) &&
            option_read(&CONTACT_TABLE, raw.contact, source, body) &&

@@ -49,7 +49,7 @@ extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEI
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, STIFFENING_TABLE, SHAPE_TABLE, CAVITY_TABLE,
     ADAPT_TABLE;
 extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
-    SKIN_TABLE;
+    SKIN_TABLE, LOOK_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
 extern const OptionTable SCORE_TABLE, SCORE_REGION_TABLE;
@@ -67,7 +67,7 @@ enum { KEY_GROUPS = 8 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 28 };
+enum { SCENE_TABLE_COUNT = 29 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -81,7 +81,7 @@ typedef struct BodyGroup {
     SceneBody body; // first: offsets of rows are the same in a SceneBody
     const config_setting_t *at;
     const char *name, *initial;
-    const config_setting_t *material, *contact, *fixed, *tear;
+    const config_setting_t *material, *contact, *fixed, *tear, *look;
     const config_setting_t *mesh, *adapt, *shape, *cavity;       // of a surface body
     const config_setting_t *voxels, *materials, *skin, *weights; // of a voxel body
 } BodyGroup;
@@ -136,6 +136,11 @@ bool scene_read_branches(const SceneReader *reader, const config_setting_t *grou
 // Reads `material.stiffening`; NULL: none.
 bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *group,
                            Stiffening *stiffening);
+// Reads `look`, NULL: none. After the cells, before the materials of labels, which change it.
+bool scene_read_look(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
+// Changes the colours that the group gives; the inside follows a `color` without `inside`.
+bool scene_read_colours(const SceneReader *reader, const config_setting_t *group, Vec3 color,
+                        Vec3 inside, LookColours *colours);
 bool scene_read_material(const SceneReader *reader, const config_setting_t *group,
                          SurfaceMaterial *material);
 bool scene_read_shape(const SceneReader *reader, const config_setting_t *group,

@@ -14,9 +14,10 @@ const OptionTable *scene_table(int index)
         &MESH_TABLE,           &PLACEMENT_TABLE, &MATERIAL_TABLE,   &SHAPE_TABLE,
         &CAVITY_TABLE,         &ADAPT_TABLE,     &VOXELS_TABLE,     &VOXEL_MATERIAL_TABLE,
         &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,    &STIFFENING_TABLE, &SKIN_TABLE,
-        &TEAR_TABLE,           &CONTACT_TABLE,   &FIXED_TABLE,      &WEIGHT_TABLE,
-        &TOOL_TABLE,           &CAPSULE_TABLE,   &PLANE_TABLE,      &ATTACHMENT_TABLE,
-        &TOUCH_TABLE,          &LOAD_TABLE,      &SCORE_TABLE,      &SCORE_REGION_TABLE,
+        &LOOK_TABLE,           &TEAR_TABLE,      &CONTACT_TABLE,    &FIXED_TABLE,
+        &WEIGHT_TABLE,         &TOOL_TABLE,      &CAPSULE_TABLE,    &PLANE_TABLE,
+        &ATTACHMENT_TABLE,     &TOUCH_TABLE,     &LOAD_TABLE,       &SCORE_TABLE,
+        &SCORE_REGION_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];

@@ -339,6 +339,7 @@ const OptionTable BRANCH_TABLE = OPTION_TABLE("bodies.material.relaxation",
 typedef struct LabelGroup {
     SolidMaterial material; // first: offsets of rows are the same in a SolidMaterial
     const config_setting_t *label;
+    Vec3 color, inside;
 } LabelGroup;
 
 #define AT(member) offsetof(LabelGroup, member)
@@ -357,6 +358,11 @@ static const Option LABEL_OPTIONS[] = {
     {"prestress_axis", OPTION_VECTOR, AT(material.prestress_axis), "", 0.0, SIZE_LIMIT,
      .open = true, .preset_text = "as in `material`", .physics = true, .idle = {&IDLE_IS_WHOLE},
      .about = "Direction of its fibres."},
+    {"color", OPTION_VECTOR, AT(color), "", 0.0, 1.7320508075688774, .preset_text = "as in `look`",
+     .about = "Colour of the outside where it has this label, as in `look`."},
+    {"inside", OPTION_VECTOR, AT(inside), "", 0.0, 1.7320508075688774,
+     .preset_text = "`color`, darker and redder; as in `look`",
+     .about = "Colour of walls of cuts through this label."},
 };
 #undef AT
 const OptionTable LABEL_MATERIAL_TABLE =
@@ -502,6 +508,23 @@ static bool check_prestress(const SceneReader *reader, const SceneBody *body,
                        option_number_text(text[1], PRESTRESS_MOST * material->youngs_modulus));
 }
 
+// Reads the colours of a label.
+static bool read_label_look(const SceneReader *reader, const config_setting_t *group,
+                            const LabelGroup *entry, int index, SceneBody *body)
+{
+    SceneLook *look = &body->look;
+    if (!option_given(group, "color") && !option_given(group, "inside"))
+        return true;
+    if (look->label == NULL) {
+        look->label = calloc((size_t)body->voxels.label_count, sizeof *look->label);
+        ASSERT(look->label != NULL);
+        for (int i = 0; i < body->voxels.label_count; i++)
+            look->label[i] = look->usual;
+        look->given = true;
+    }
+    return scene_read_colours(reader, group, entry->color, entry->inside, &look->label[index]);
+}
+
 // Reads one entry of `materials`; `given`: by index of the label, whether it has an entry already.
 static bool read_label(const SceneReader *reader, const BodyGroup *raw,
                        const config_setting_t *group, bool *given, SceneBody *body)
@@ -537,7 +560,9 @@ static bool read_label(const SceneReader *reader, const BodyGroup *raw,
         material->prestress = entry.material.prestress;
     if (option_given(group, "prestress_axis"))
         material->prestress_axis = entry.material.prestress_axis;
-    return check_prestress(reader, body, group, material);
+    if (!check_prestress(reader, body, group, material))
+        return false;
+    return read_label_look(reader, group, &entry, index, body);
 }
 
 static bool read_materials(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
@@ -624,7 +649,8 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
     return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
-           scene_read_voxels(reader, raw->voxels, body) && read_materials(reader, raw, body) &&
+           scene_read_voxels(reader, raw->voxels, body) &&
+           scene_read_look(reader, raw->look, body) && read_materials(reader, raw, body) &&
            read_skin(reader, raw, body) && scene_read_weights(reader, raw->weights, body) &&
            check_shown(reader, raw, body);
 }

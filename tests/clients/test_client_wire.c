@@ -7,6 +7,7 @@
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
+#include "pliant_look_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_playback_t.h"
@@ -53,8 +54,9 @@ DEFINE_CODEC(status)
 DEFINE_CODEC(event)
 DEFINE_CODEC(rest)
 DEFINE_CODEC(playback)
+DEFINE_CODEC(look)
 
-enum { TYPES = 11 };
+enum { TYPES = 12 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -122,6 +124,14 @@ static void make_all(Raw raw[TYPES])
                                                                    .num_forces = 6,
                                                                    .tool = id,
                                                                    .force = position});
+    static uint8_t colour[6] = {0, 1, 2, 253, 254, 255};
+    raw[11] = encode_look(&WIRE_LOOK, &(pliant_look_t){.node_count = 2,
+                                                       .chunk_count = 1,
+                                                       .texture = (char *)"skin.png",
+                                                       .color = {1, 2, 3},
+                                                       .num_values = 6,
+                                                       .node_color = colour,
+                                                       .node_inside = colour});
 }
 
 static void free_all(Raw raw[TYPES])

@@ -4,11 +4,12 @@
 
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
     LineSegments, Mesh, Points, PointsMaterial } from 'three';
+import { colourOf, Colours } from './colours.js';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addLitNormals, addNormals, boxOf, isClosed, markInner } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { findMates, joinNormals, Seam } from './seam.js';
-import { AT_CUT, KIND, applyLook, tissueMaterial } from './tissue.js';
+import { AT_CUT, KIND, colourTissue, tissueMaterial } from './tissue.js';
 
 const FOLD = 0.04;     // of its size: a fold with this radius of curvature is in shade
 const SINK = 0.4;     // of a mean edge: so much deeper walls of cuts count, or the closed ones show in front of the surface
@@ -71,6 +72,7 @@ export class Body {
         this.seam = new Seam();
         this.mates = [];      // pairs of nodes that a cut parted
         this.edge = 0;        // mean [m]
+        this.colours = new Colours();
         this.group = new Group();
         this.show = { wireframe: false, springs: false };
     }
@@ -158,8 +160,8 @@ export class Body {
     grow(nodes, indices) {
         const n = room(nodes), m = 3 * room(indices / 3);
         const geometry = new BufferGeometry();
-        const add = (name, array, size) => {
-            const attribute = new BufferAttribute(array, size);
+        const add = (name, array, size, normalized = false) => {
+            const attribute = new BufferAttribute(array, size, normalized);
             attribute.setUsage(DynamicDrawUsage);
             geometry.setAttribute(name, attribute);
             return array;
@@ -173,6 +175,7 @@ export class Body {
         this.restNormal = add('restNormal', new Float32Array(3 * n), 3);
         this.uv = add('uv', new Float32Array(2 * n), 2);
         this.info = add('info', new Uint8Array(4 * n), 4);
+        this.look = add('look', new Uint8Array(4 * n), 4, true);
         this.drawn = new Uint32Array(m);
         geometry.setIndex(new BufferAttribute(this.drawn, 1).setUsage(DynamicDrawUsage));
         this.replaceSurface(geometry);
@@ -267,7 +270,35 @@ export class Body {
         material.uniforms.sink.value = SINK * this.edge;
         material.side = this.closed ? FrontSide : DoubleSide;
         material.userData.rim = this.model !== 'voxel' && this.lips > 0;
-        applyLook(material);
+        this.colour();
+    }
+
+    /** New colours; repeats of the same change nothing. */
+    takeLook(message) {
+        this.colours.take(message);
+        if (!this.dressed) return false;
+        this.colour();
+        return true;
+    }
+
+    // The material's colours, and those of the nodes.
+    colour() {
+        const { message } = this.colours;
+        if (this.colours.vary) this.fillColours();
+        colourTissue(this.surface.material, { outside: message?.color ?? colourOf(this.name), inside: message?.inside,
+            vary: this.colours.vary, own: this.own, model: this.model });
+    }
+
+    // Nodes of walls have the inside's.
+    fillColours() {
+        const { n, twin, info, look } = this, outer = new Uint8Array(3 * n), inner = new Uint8Array(3 * n);
+        this.colours.fill(this.mesh, outer, inner);
+        for (let i = 0; i < n + twin.length; i++) {
+            const from = info[4 * i + 3] === KIND.CUT ? inner : outer, node = i < n ? i : twin[i - n];
+            for (let c = 0; c < 3; c++) look[4 * i + c] = from[3 * node + c];
+        }
+        this.halve(look, 4);
+        this.surface.geometry.attributes.look.needsUpdate = true;
     }
 
     dress(textured) {
@@ -276,7 +307,8 @@ export class Body {
         boxOf(this.index, this.m, this.rest, this.box);
         const own = textured ? this.images.of(this.name) : null;
         this.surface.material?.dispose();
-        this.surface.material = tissueMaterial({ number: this.number, model: this.model,
+        this.own = own !== null;
+        this.surface.material = tissueMaterial({ model: this.model,
             grain: 2.2 / this.size(), image: own ?? this.images.drawn, own: own !== null,
             plain: this.images.plain,
             fine: this.levels[0].edge < FINE * this.size() });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Turns binary messages into views of their numbers: copies nothing, checks everything.
 
-const MESH = 1, NODES = 2, REST = 3;
+const MESH = 1, NODES = 2, REST = 3, LOOK = 4;
 const NODES_MAX = 4e6, TRIANGLES_MAX = 8e6;
 
 /** The message as {kind, body, topology, n, ...}, or null: not as clients/web/protocol.md says. */
@@ -18,6 +18,7 @@ export function decode(buffer) {
     if (buffer.byteLength < 24) return null;
     if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
+    if (kind === LOOK) return look(message, buffer, head.getUint32(16, true));
     return null;
 }
 
@@ -60,5 +61,16 @@ function rest(message, buffer, texture) {
     message.kind = 'rest';
     message.rest = new Float32Array(buffer, 24, 3 * n);
     message.texture = texture ? new Float32Array(buffer, 24 + 12 * n, 2 * n) : null;
+    return message;
+}
+
+function look(message, buffer, varies) {
+    const n = varies ? message.n : 0;
+    if (varies > 1 || buffer.byteLength !== 30 + 6 * n) return null;
+    message.kind = 'look';
+    message.color = new Uint8Array(buffer, 24, 3);   // of sRGB
+    message.inside = new Uint8Array(buffer, 27, 3);
+    message.outer = varies ? new Uint8Array(buffer, 30, 3 * n) : null; // of nodes
+    message.inner = varies ? new Uint8Array(buffer, 30 + 3 * n, 3 * n) : null;
     return message;
 }

@@ -141,6 +141,7 @@ function takeBinary(message) {
     if (!body) return;
     if (message.kind === 'mesh') body.takeMesh(message);
     else if (message.kind === 'rest') body.takeRest(message);
+    else if (message.kind === 'look') toolsChanged = body.takeLook(message) || toolsChanged;
     else body.takeNodes(message);
 }
 

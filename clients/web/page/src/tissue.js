@@ -2,16 +2,17 @@
 // The look of tissue: one small shader, cheap enough for software rendering, and the texture of bodies without image.
 
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
-    ShaderMaterial, Vector4 } from 'three';
+    ShaderMaterial, SRGBColorSpace, Vector4 } from 'three';
 
 export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2 };
-const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c];
 /** Level 0, 1, ...: from calm to warm; also the legend's. */
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
 /** What a wall of tissue is: in the fourth number of a node's `info`. */
 export const KIND = { OUTER: 0, INNER: 1, CUT: 2 };
 /** The third one at a cut; 0 elsewhere, and between them at middles of edges. */
 export const AT_CUT = 4;
+// The drawn texture is a little darker than white.
+const GRAIN = 1.35;
 const CAPSULES = 4; // of tools that shade tissue
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
@@ -66,6 +67,7 @@ vec3 innerColour(vec3 base) { return mix(base, inside, 0.75); }
 
 const vertexShader = /* glsl */ `
 attribute vec3 rest;
+attribute vec4 look; // colour of the node, sRGB
 attribute vec4 info; // level, piece, at a cut, kind of wall: KIND
 uniform vec3 tissue, flesh, palette[8];
 uniform float grain, sink; // sink: of walls of cuts [m], body.js
@@ -103,6 +105,12 @@ void main() {
     }
 #ifdef COLOURED
     vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
+#elif defined(NODE_COLOURS)
+    vec3 own = look.rgb * look.rgb; // approximately linear
+    vColour = kind < 0.5 ? ${GRAIN} * own : kind < 1.5 ? innerColour(${GRAIN} * own) : own;
+#ifdef LIT_AT_NODES
+    if (kind > 1.5) vColour /= vec3(0.74, 0.66, 0.64); // the mean of the grain
+#endif
 #else
     vColour = kind < 0.5 ? tissue : kind < 1.5 ? innerColour(tissue) : flesh;
 #endif
@@ -160,6 +168,9 @@ void main() {
     vec3 base = vColour * (0.5 + 0.9 * grainColour.g);
     float wet = 0.5;
 #else
+#ifdef NODE_COLOURS
+    grainColour = mix(vec3(1.0), grainColour, vShade.y); // an image of the inside is shown as it is
+#endif
     vec3 base = vColour * grainColour;
     float wet = 1.0;
 #endif
@@ -232,6 +243,7 @@ export function applyLook(material) {
     set('RED', look.threshold > 0 ? 1 : undefined);
     set('LIPS', look.lips ? 1 : undefined);
     set('SILENT', look.silent ? 1 : undefined);
+    set('NODE_COLOURS', material.userData.colours && !look.colouring ? 1 : undefined);
     const simple = !look.colouring && !(look.threshold > 0) && !look.lips && !look.silent;
     set('RIM', simple && material.userData.rim ? 1 : undefined);
     set('LIT_AT_NODES', simple && !material.userData.rim && material.userData.fine ? 1 : undefined);
@@ -243,7 +255,7 @@ export function applyLook(material) {
  * texture coordinates. `plain`: for processors that draw in software; `fine`: nodes are close enough to compute the
  * light at them.
  */
-export function tissueMaterial({ number, model, grain, image, own, plain, fine }) {
+export function tissueMaterial({ model, grain, image, own, plain, fine }) {
     const defines = {};
     if (plain) defines.PLAIN = 1;
     if (own) defines.OWN_IMAGE = 1;
@@ -253,9 +265,7 @@ export function tissueMaterial({ number, model, grain, image, own, plain, fine }
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         uniforms: {
             threshold, capsule, palette: { value: levelColours },
-            // The procedural texture is a little darker than white; an image has its own colours.
-            tissue: { value: own ? new Color(1, 1, 1)
-                : new Color(TISSUES[number % TISSUES.length]).multiplyScalar(1.35) },
+            tissue: { value: new Color(1, 1, 1) }, // an image has its own colours
             inside: { value: new Color(0x9a6a48) },
             flesh: { value: new Color(0xb3261f) },
             lipColour: { value: new Color(0xf2c230) },
@@ -267,6 +277,21 @@ export function tissueMaterial({ number, model, grain, image, own, plain, fine }
     material.userData.fine = plain && fine && !own;
     applyLook(material);
     return material;
+}
+
+/**
+ * Gives a body its colours: `outside` a number, or three bytes with those of walls, `inside`; `vary`: nodes have their
+ * own.
+ */
+export function colourTissue(material, { outside, inside, vary, own, model }) {
+    const { uniforms } = material;
+    const bytes = (colour, [r, g, b]) => colour.setRGB(r / 255, g / 255, b / 255, SRGBColorSpace);
+    if (own) uniforms.tissue.value.set(1, 1, 1);
+    else if (typeof outside === 'number') uniforms.tissue.value.set(outside).multiplyScalar(GRAIN);
+    else bytes(uniforms.tissue.value, outside).multiplyScalar(GRAIN);
+    if (inside) bytes(uniforms[model === 'voxel' ? 'flesh' : 'inside'].value, inside);
+    material.userData.colours = vary && !own;
+    applyLook(material);
 }
 
 /** A square of tissue that repeats without seams: soft mottles and fine vessels, near white. */
