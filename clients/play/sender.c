@@ -7,6 +7,7 @@
 #include "sending.h"
 
 #include "pliant_contact_t.h"
+#include "pliant_look_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_tool_pose_t.h"
@@ -42,6 +43,9 @@ void sender_create(Sender *sender, Client *client, Timeline *timeline)
         client_channel(client, "NODES", called, body->nodes_channel);
         client_channel(client, "MESH", called, body->mesh_channel);
         client_channel(client, "WALLS", called, body->walls_channel);
+        client_channel(client, "LOOK", called, body->look_channel);
+        body->outside = allocate(nodes, 3);
+        body->inside = allocate(nodes, 3);
     }
 }
 
@@ -50,6 +54,9 @@ void sender_destroy(Sender *sender)
     for (int i = 0; i < sender->bodies; i++) {
         SenderBody *body = &sender->body[i];
         free(body->position);
+        free(body->outside);
+        free(body->inside);
+        colours_destroy(&body->colours);
 #define FREE_ROWS(name, ...) free(body->column.name);
         MESH_COLUMNS(FREE_ROWS)
     }
@@ -77,7 +84,12 @@ static void find_pieces(SenderBody *body)
 
 static void start_mesh(SenderBody *body, bool repeats)
 {
-    body->mesh_chunks = chunks_of_mesh(body->mesh.node_count, body->mesh.triangle_count);
+    body->look_chunks = body->colours.rows == 0 ? 0
+                        : colours_vary(&body->colours)
+                            ? chunks_of(body->mesh.node_count, NODES_IN_LOOK_CHUNK)
+                            : 1;
+    body->mesh_chunks =
+        body->look_chunks + chunks_of_mesh(body->mesh.node_count, body->mesh.triangle_count);
     body->mesh_next = 0;
     body->mesh_sequence++;
     body->repeats = repeats;
@@ -88,6 +100,21 @@ static void start_nodes(SenderBody *body)
     body->nodes_chunks =
         body->frame.node_count > 0 ? chunks_of(body->frame.node_count, NODES_IN_CHUNK) : 0;
     body->nodes_next = 0;
+}
+
+// Finds the colours of the mesh's nodes.
+static bool read_look(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    if (!colours_read(&body->colours, sender->timeline, at, index, status))
+        return false;
+    for (int i = 0; i < body->mesh.node_count && colours_vary(&body->colours); i++) {
+        const unsigned char *colour =
+            colours_of(&body->colours, body->mesh.node_id[i], body->mesh.number);
+        memcpy(body->outside + 3L * i, colour, 3);
+        memcpy(body->inside + 3L * i, colour + 3, 3);
+    }
+    return true;
 }
 
 static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status *status)
@@ -108,7 +135,7 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
         memset(column->level, 0, (size_t)body->mesh.node_count * sizeof *column->level);
     }
     body->first_wall = timeline_first_wall(sender->timeline, at, index);
-    return true;
+    return read_look(sender, index, at, status);
 }
 
 static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status *status)
@@ -175,10 +202,37 @@ int64_t sender_step(const Sender *sender, double *time)
 
 // --- chunks --------------------------------------------------------------------------------------
 
+static void send_look_chunk(Sender *sender, SenderBody *body)
+{
+    const int chunk = body->mesh_next++, chunks = body->look_chunks;
+    const bool vary = colours_vary(&body->colours);
+    const int nodes = vary ? body->mesh.node_count : 0;
+    const int first = chunk_begin(nodes, chunk, chunks);
+    pliant_look_t look = {.utime = client_utime(),
+                          .sequence = (int32_t)body->mesh_sequence,
+                          .topology = body->mesh.number,
+                          .node_count = body->mesh.node_count,
+                          .chunk = chunk,
+                          .chunk_count = chunks,
+                          .texture = (char *)"",
+                          .first = first,
+                          .num_values = 3 * (chunk_begin(nodes, chunk + 1, chunks) - first),
+                          .node_color = body->outside + 3L * first,
+                          .node_inside = body->inside + 3L * first};
+    memcpy(look.color, body->colours.own, 3);
+    memcpy(look.inside, body->colours.own + 3, 3);
+    count(sender, pliant_look_t_publish(sender->client->lcm, body->look_channel, &look));
+}
+
 static void send_mesh_chunk(Sender *sender, SenderBody *body)
 {
+    if (body->mesh_next < body->look_chunks) {
+        send_look_chunk(sender, body);
+        return;
+    }
     const RecordingTopology *mesh = &body->mesh;
-    const int chunk = body->mesh_next++, chunks = body->mesh_chunks;
+    const int chunk = body->mesh_next++ - body->look_chunks;
+    const int chunks = body->mesh_chunks - body->look_chunks;
     const int triangle = chunk_begin(mesh->triangle_count, chunk, chunks);
     const int triangle_end = chunk_begin(mesh->triangle_count, chunk + 1, chunks);
     const int node = chunk_begin(mesh->node_count, chunk, chunks);

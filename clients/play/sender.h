@@ -5,11 +5,12 @@
 #define PLIANT_PLAY_SENDER_H
 
 #include "client.h"
+#include "colours.h"
 #include "timeline.h"
 
 typedef struct SenderBody {
     char nodes_channel[CLIENT_CHANNEL_MAX], mesh_channel[CLIENT_CHANNEL_MAX];
-    char walls_channel[CLIENT_CHANNEL_MAX];
+    char walls_channel[CLIENT_CHANNEL_MAX], look_channel[CLIENT_CHANNEL_MAX];
     // the frame shown
     TimelineFrame at; // frame -1: none
     RecordingFrame frame;
@@ -19,8 +20,10 @@ typedef struct SenderBody {
     RecordingTopology mesh;
     int first_wall, pieces;
     MeshColumns column; // where it was not recorded: the ids themselves, level 0
-    // chunks under way: the mesh's first; next == chunks: none
-    int mesh_next, mesh_chunks, nodes_next, nodes_chunks;
+    Colours colours;
+    unsigned char *outside, *inside; // [3 nodes] of the mesh, if they vary
+    // chunks under way: those of the look and the mesh first; next == chunks: none
+    int look_chunks, mesh_next, mesh_chunks, nodes_next, nodes_chunks;
     bool repeats; // the mesh under way came before: nodes need not wait for it
     uint32_t mesh_sequence, nodes_sequence;
 } SenderBody;

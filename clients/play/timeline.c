@@ -484,6 +484,21 @@ int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int b
     return recording_reader_first_wall(part->reader, part->body[body]);
 }
 
+int64_t timeline_look_rows(const Timeline *timeline, const TimelineFrame *at, int body)
+{
+    const Part *part = &timeline->part[at->part];
+    return recording_reader_look_rows(part->reader, part->body[body]);
+}
+
+bool timeline_look(Timeline *timeline, const TimelineFrame *at, int body, int64_t first, int rows,
+                   int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
+                   Status *status)
+{
+    const Part *part = &timeline->part[at->part];
+    return recording_reader_look(part->reader, part->body[body], first, rows, topology, id, colour,
+                                 status);
+}
+
 // --- tools and events ----------------------------------------------------------------------------
 
 int timeline_tools(const Timeline *timeline)

@@ -54,6 +54,11 @@ const char *timeline_body(const Timeline *timeline, int body);
 // The largest mesh of a body, and the first triangle on a wall of a cut (0: none, or not known).
 void timeline_most(const Timeline *timeline, int body, int *nodes, int *triangles);
 int timeline_first_wall(const Timeline *timeline, const TimelineFrame *at, int body);
+// The colours in the file that the frame is in, as recording_reader_look.
+int64_t timeline_look_rows(const Timeline *timeline, const TimelineFrame *at, int body);
+bool timeline_look(Timeline *timeline, const TimelineFrame *at, int body, int64_t first, int rows,
+                   int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
+                   Status *status);
 
 // The last frame of a body at or before a time.
 TimelineFrame timeline_find(const Timeline *timeline, int body, double time);

@@ -187,6 +187,55 @@ static void map_mesh(IntakeBody *body)
     body->mapped = true;
 }
 
+// --- colours -------------------------------------------------------------------------------------
+
+static void make_colour_room(IntakeBody *body, int count)
+{
+    RecordingColours *to = &body->colours;
+    if (to->id && count <= body->colour_capacity)
+        return;
+    body->colour_capacity = count;
+    to->known_id = grow(to->known_id, count + 1, sizeof *to->known_id);
+    to->known = grow(to->known, count + 1, sizeof *to->known);
+    to->id = grow(to->id, count + 1, sizeof *to->id);
+    to->colour = grow(to->colour, count + 1, sizeof *to->colour);
+}
+
+// Hands over what a look adds to the file, once the mesh that it is of is there.
+static void push_look(Intake *intake, IntakeBody *body)
+{
+    const LookFrame *look = &body->look;
+    const MeshFrame *mesh = &body->mesh;
+    if (!intake->open || body->file_index < 0 || !look->whole ||
+        (look->varies && (!mesh->whole || mesh->topology != look->topology ||
+                          mesh->node_count != look->node_count)))
+        return;
+    const int nodes = look->varies ? look->node_count : 0;
+    unsigned char own[RECORDING_COLOURS];
+    memcpy(own, look->color, 3);
+    memcpy(own + 3, look->wall, 3);
+    make_colour_room(body, nodes);
+    const RecordingLook rows =
+        recording_colours_take(&body->colours, look->topology, own, nodes, mesh->id,
+                               (const unsigned char(*)[3])(const void *)look->outside,
+                               (const unsigned char(*)[3])(const void *)look->inside);
+    if (rows.count > 0 &&
+        !queue_push(intake->queue, item_look(body->file_index, &rows), intake->options.when_full)) {
+        // The next look brings all again.
+        body->colours.slots = 0;
+        body->colours.begun = false;
+    }
+}
+
+static void take_look(Intake *intake, IntakeBody *body, const void *data, size_t size)
+{
+    if (intake->options.survey_only)
+        return;
+    body->look.mesh_nodes = body->mesh.most_nodes;
+    if (look_frame_add(&body->look, data, size) == FRAMES_WHOLE)
+        push_look(intake, body);
+}
+
 // --- frames --------------------------------------------------------------------------------------
 
 static bool fits(const IntakeBody *body, const RecordingFrame *frame)
@@ -279,14 +328,15 @@ static void take_frame(Intake *intake, IntakeBody *body)
 
 static int64_t refused(const IntakeBody *body)
 {
-    return body->nodes.refused + body->mesh.refused + body->mesh_refused;
+    return body->nodes.refused + body->mesh.refused + body->mesh_refused + body->look.refused;
 }
 
 static void forget(IntakeBody *body)
 {
     waiting_drop(&body->waiting);
-    body->mesh_refused += body->mesh.refused;
+    body->mesh_refused += body->mesh.refused + body->look.refused;
     mesh_frame_destroy(&body->mesh);
+    look_frame_destroy(&body->look);
     body->mapped = body->any = body->taken = false;
     body->told = 0;
     body->file_index = -1;
@@ -370,6 +420,7 @@ static void take_mesh(Intake *intake, int index, bool is_delta, const void *data
     }
     // Frames that waited for this mesh can go.
     map_mesh(body);
+    push_look(intake, body);
     push_waiting_frames(intake, body);
 }
 
@@ -419,6 +470,11 @@ static void take_of_body(Intake *intake, const char *name, const void *data, siz
         body = find_body(intake, behind_head(name, "POINTS_"));
     if (body >= 0) {
         take_nodes(intake, body, data, size);
+        return;
+    }
+    body = find_body(intake, behind_head(name, "LOOK_"));
+    if (body >= 0) {
+        take_look(intake, &intake->body[body], data, size);
         return;
     }
     body = find_body(intake, behind_head(name, "WALLS_"));
@@ -503,7 +559,8 @@ static void push_begin(Intake *intake)
             (RecordingBody){.name = survey->body[i].name,
                             .nodes = kept_together(survey->body[i].nodes),
                             .triangles = kept_together(survey->body[i].triangles),
-                            .first_wall = survey->body[i].first_wall};
+                            .first_wall = survey->body[i].first_wall,
+                            .coloured = true};
     }
     // All tools of the survey have one.
     for (int i = 0; i < ITEM_TOOLS; i++)
@@ -528,6 +585,9 @@ static void begin_body(Intake *intake, IntakeBody *body)
         free(waiting_pop(&body->waiting));
     body->counts = (RecordingCounts){0};
     body->refused_before = refused(body);
+    body->colours.slots = 0;
+    body->colours.begun = false;
+    push_look(intake, body);
     push_waiting_frames(intake, body);
 }
 
@@ -606,6 +666,10 @@ void intake_destroy(Intake *intake)
         free(body->map.parent);
         free(body->map.level);
         free(body->map.triangle);
+        free(body->colours.known_id);
+        free(body->colours.known);
+        free(body->colours.id);
+        free(body->colours.colour);
     }
     survey_destroy(&intake->survey);
     free(intake->path);

@@ -29,7 +29,10 @@ typedef struct IntakeBody {
     int64_t step; // of the newest complete frame
     double time;  // of the newest frame taken [s]
     bool taken;
-    Waiting waiting;                      // for its mesh, or until the file begins
+    Waiting waiting; // for its mesh, or until the file begins
+    LookFrame look;
+    RecordingColours colours; // that the file has
+    int colour_capacity;
     int64_t mesh_refused, refused_before; // invalid meshes; all of them before this file
     RecordingCounts counts;
 } IntakeBody;

@@ -45,7 +45,8 @@ static bool subscribe_bodies(Live *live)
         return client_subscribe(client, "NODES", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "POINTS", ".+", QUEUE_MESSAGES, on_message, live) &&
                client_subscribe(client, "MESH", ".+", QUEUE_MESSAGES, on_message, live) &&
-               client_subscribe(client, "WALLS", ".+", QUEUE_MESSAGES, on_message, live);
+               client_subscribe(client, "WALLS", ".+", QUEUE_MESSAGES, on_message, live) &&
+               client_subscribe(client, "LOOK", ".+", QUEUE_MESSAGES, on_message, live);
     bool ok = true;
     // The named ones alone.
     for (int i = 0; i < options->body_count && ok; i++) {
@@ -54,6 +55,7 @@ static bool subscribe_bodies(Live *live)
              client_subscribe(client, "POINTS", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "MESH", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "WALLS", body, QUEUE_MESSAGES, on_message, live) &&
+             client_subscribe(client, "LOOK", body, QUEUE_MESSAGES, on_message, live) &&
              client_subscribe(client, "MESH_DELTA", body, QUEUE_MESSAGES, on_message, live);
     }
     return ok;

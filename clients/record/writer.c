@@ -88,6 +88,18 @@ Item *item_topology(int body, const RecordingTopology *topology)
     return item;
 }
 
+Item *item_look(int body, const RecordingLook *look)
+{
+    const size_t ids = (size_t)look->count * sizeof *look->id;
+    const size_t colours = (size_t)look->count * sizeof *look->colour;
+    Item *item = create(ITEM_LOOK, body, ids + colours);
+    char *at = behind(item);
+    item->as.look = *look;
+    item->as.look.id = put(&at, look->id, ids);
+    item->as.look.colour = put(&at, look->colour, colours);
+    return item;
+}
+
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh)
 {
     size_t live = (size_t)mesh->live_count;
@@ -380,6 +392,9 @@ static void add(Writer *writer, const Item *item)
     switch (item->kind) {
     case ITEM_TOPOLOGY:
         recording_add_topology(recording, item->index, &item->as.topology);
+        break;
+    case ITEM_LOOK:
+        recording_add_look(recording, item->index, &item->as.look);
         break;
     case ITEM_FRAME:
         add_frame(writer, item);

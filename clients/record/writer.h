@@ -21,6 +21,7 @@ enum { ITEM_BODIES = 64, ITEM_TOOLS = 32 }; // most in a file: as many as in a s
 typedef enum ItemKind {
     ITEM_BEGIN, // a file
     ITEM_TOPOLOGY,
+    ITEM_LOOK,
     ITEM_FRAME,
     ITEM_TOOL,
     ITEM_EVENT,
@@ -39,6 +40,7 @@ typedef struct Item {
             RecordingOptions options;
         } begin;
         RecordingTopology topology;
+        RecordingLook look;
         RecordingFrame frame;
         struct {
             double time; // [s]
@@ -56,6 +58,7 @@ typedef struct Item {
 // Each copies its arguments; aborts without memory, since the waiting items are bounded.
 Item *item_begin(const char *path, const RecordingOptions *options);
 Item *item_topology(int body, const RecordingTopology *topology);
+Item *item_look(int body, const RecordingLook *look);
 // Makes a frame from the positions of all slots; the item has those of live nodes.
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);

@@ -52,6 +52,40 @@ void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, flo
         memcpy(to + 3 * (size_t)i, slots + 3 * (size_t)mesh->live[i], 3 * sizeof *to);
 }
 
+// Adds a row.
+static void add_colour(RecordingLook *look, RecordingColours *to, int id,
+                       const unsigned char colour[RECORDING_COLOURS])
+{
+    to->id[look->count] = id;
+    memcpy(to->colour[look->count++], colour, RECORDING_COLOURS);
+}
+
+RecordingLook recording_colours_take(RecordingColours *to, int topology,
+                                     const unsigned char own[RECORDING_COLOURS], int node_count,
+                                     const int *id, const unsigned char (*outside)[3],
+                                     const unsigned char (*inside)[3])
+{
+    RecordingLook look = {.topology = topology,
+                          .id = to->id,
+                          .colour = (const unsigned char(*)[RECORDING_COLOURS])to->colour};
+    if (!to->begun)
+        add_colour(&look, to, RECORDING_OF_BODY, own);
+    to->begun = true;
+    for (int i = 0; i < node_count; i++) {
+        unsigned char colour[RECORDING_COLOURS];
+        memcpy(colour, outside[i], 3);
+        memcpy(colour + 3, inside[i], 3);
+        const bool known = i < to->slots && to->known_id[i] == id[i] &&
+                           memcmp(to->known[i], colour, sizeof colour) == 0;
+        if (id[i] >= 0 && !known)
+            add_colour(&look, to, id[i], colour);
+        to->known_id[i] = id[i];
+        memcpy(to->known[i], colour, sizeof colour);
+    }
+    to->slots = node_count > to->slots ? node_count : to->slots;
+    return look;
+}
+
 #ifdef PLIANT_WITH_HDF5
 #include <errno.h>
 #include <fcntl.h>
@@ -68,6 +102,7 @@ enum {
     FRAME_ROWS = 512,       // of the short columns, stored together
     TOPOLOGY_ROWS = 16,
     EVENT_ROWS = 16,
+    LOOK_ROWS = 1024,
     NAME_TEXT = 160,
     XDMF_LAG = 16,       // the sidecar is rewritten when this share of its frames is missing, ...
     XDMF_AT_ONCE = 4096, // ... or at every flush while it has less frames (4 MB)
@@ -108,7 +143,7 @@ static bool create_file(Recording *recording)
 // Names and shapes of the data sets of a body and of a tool.
 typedef struct TableForm {
     const char *name;
-    enum { REAL, SINGLE, LONG, INTEGER, BYTE } type;
+    enum { REAL, SINGLE, LONG, INTEGER, BYTE, COLOUR } type;
     int columns, chunk; // chunk 0: the body's nodes, -1: its triangles
     const char *unit;
 } TableForm;
@@ -133,7 +168,9 @@ static const TableForm body_form[BODY_TABLES] = {
     MESH_IF_LATER(recorded,                                                                        \
                   [NODE_##name] = {"node_" #name, sizeof(type) > 1 ? INTEGER : BYTE,               \
                                    (width) > 1 ? (width) : 0, 0, UNIT_##recorded}, )
-    MESH_COLUMNS(NODE_FORM)};
+    MESH_COLUMNS(NODE_FORM)[LOOK_TOPOLOGY] = {"look/topology", INTEGER, 0, LOOK_ROWS, "1"},
+    [LOOK_ID] = {"look/id", INTEGER, 0, LOOK_ROWS, "node_id, -1: others"},
+    [LOOK_COLOUR] = {"look/colour", COLOUR, RECORDING_COLOURS, LOOK_ROWS, "sRGB, 1/255"}};
 
 static const TableForm tool_form[TOOL_TABLES] = {
     [TOOL_TIME] = {"time", REAL, 0, FRAME_ROWS, "s"},
@@ -145,11 +182,9 @@ static const TableForm tool_form[TOOL_TABLES] = {
 static bool create_table(const Recording *recording, const char *group, const TableForm *form,
                          int chunk, HdfTable *table)
 {
-    const hid_t type[] = {[REAL] = H5T_NATIVE_DOUBLE,
-                          [SINGLE] = H5T_NATIVE_FLOAT,
-                          [LONG] = H5T_NATIVE_INT64,
-                          [INTEGER] = H5T_NATIVE_INT32,
-                          [BYTE] = H5T_NATIVE_INT8};
+    const hid_t type[] = {
+        [REAL] = H5T_NATIVE_DOUBLE,   [SINGLE] = H5T_NATIVE_FLOAT, [LONG] = H5T_NATIVE_INT64,
+        [INTEGER] = H5T_NATIVE_INT32, [BYTE] = H5T_NATIVE_INT8,    [COLOUR] = H5T_NATIVE_UINT8};
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, form->name);
     return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
@@ -171,7 +206,7 @@ static bool create_body(Recording *recording, int index, const RecordingBody *de
     char group[64];
     snprintf(group, sizeof group, "/bodies/%s", body->name);
     // Flat data are stored in pieces of a whole frame or mesh.
-    for (int t = 0; t < BODY_TABLES; t++) {
+    for (int t = 0; t < (described->coloured ? BODY_TABLES : LOOK_TOPOLOGY); t++) {
         int chunk = body_form[t].chunk;
         chunk = chunk == 0 ? described->nodes : chunk < 0 ? described->triangles : chunk;
         if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
@@ -354,6 +389,26 @@ bool recording_add_topology(Recording *recording, int index, const RecordingTopo
               append(recording, &table[TOPOLOGY_NUMBER], 1, &rows.number);
     if (ok)
         remember_topology(body, &rows);
+    return ok;
+}
+
+bool recording_add_look(Recording *recording, int index, const RecordingLook *look)
+{
+    ASSERT(index >= 0 && index < recording->body_count);
+    HdfTable *table = recording->body[index].table;
+    if (look->count == 0)
+        return recording->status.code == STATUS_OK;
+    ASSERT(table[LOOK_ID].set > 0);
+    int *topology = malloc((size_t)look->count * sizeof *topology);
+    ASSERT(topology != NULL);
+    for (int i = 0; i < look->count; i++)
+        topology[i] = look->topology;
+    // The ids come last, and there are 14 bytes to a row.
+    const bool ok = begin(recording, &table[LOOK_ID], 4 * look->count) &&
+                    append(recording, &table[LOOK_TOPOLOGY], look->count, topology) &&
+                    append(recording, &table[LOOK_COLOUR], look->count, look->colour) &&
+                    append(recording, &table[LOOK_ID], look->count, look->id);
+    free(topology);
     return ok;
 }
 
@@ -610,6 +665,12 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology)
 {
     (void)recording, (void)body, (void)topology;
+    return false;
+}
+
+bool recording_add_look(Recording *recording, int body, const RecordingLook *look)
+{
+    (void)recording, (void)body, (void)look;
     return false;
 }
 

@@ -20,6 +20,7 @@ typedef struct RecordingBody {
     const char *name;     // unique
     int nodes, triangles; // in its first topology: chunk size of HDF5
     int first_wall; // triangles of a mesh from this one on are walls of cuts; 0: none, or unknown
+    bool coloured;  // recording_add_look may follow
 } RecordingBody;
 
 typedef struct RecordingOptions {
@@ -53,6 +54,15 @@ typedef struct RecordingTopology {
     MESH_COLUMNS(RECORDING_LATER_ROWS)
     const int (*triangle)[3];
 } RecordingTopology;
+
+// Colours of nodes by their ids: red, green and blue of the outside, then of walls of cuts, 0 to
+// 255 of sRGB. A row holds from its topology on, until another one of the id.
+enum { RECORDING_COLOURS = 6, RECORDING_OF_BODY = -1 };
+typedef struct RecordingLook {
+    int topology, count;
+    const int *id; // RECORDING_OF_BODY: of all nodes without a row
+    const unsigned char (*colour)[RECORDING_COLOURS];
+} RecordingLook;
 
 typedef struct RecordingFrame {
     int64_t step;
@@ -122,6 +132,8 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 // failure on. A full disk leaves the file complete; any other failure leaves it as of its last
 // flush.
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology);
+// Of a body that is `coloured`.
+bool recording_add_look(Recording *recording, int body, const RecordingLook *look);
 // The frame's topology must have been added. A body that stands still is stored once: its frames
 // have the same `first`.
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
@@ -216,6 +228,25 @@ typedef struct RecordingMesh {
 
 // Returns the mesh without its free slots; the result points into `to`.
 RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *slots);
+
+// The colours of a body that a file has, by slot; the arrays belong to the caller and have room for
+// all slots, and one more row.
+typedef struct RecordingColours {
+    int slots;     // known
+    int *known_id; // -1: none
+    unsigned char (*known)[RECORDING_COLOURS];
+    bool begun; // has the body's own
+    // rows for the file
+    int *id;
+    unsigned char (*colour)[RECORDING_COLOURS];
+} RecordingColours;
+
+// Returns the rows that a look adds to what the file has; they are in `to`. `own`: the colours of
+// the body; `outside`, `inside`: of its slots, whose ids are `id`; node_count 0: none has any.
+RecordingLook recording_colours_take(RecordingColours *to, int topology,
+                                     const unsigned char own[RECORDING_COLOURS], int node_count,
+                                     const int *id, const unsigned char (*outside)[3],
+                                     const unsigned char (*inside)[3]);
 
 // Copies the positions of live nodes out of those of all slots; `to`: [3 live_count].
 void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to);

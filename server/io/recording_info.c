@@ -2,6 +2,7 @@
 #include "io/recording.h"
 
 #include "io/recording_parts.h"
+#include "io/recording_read.h"
 
 #include <string.h>
 
@@ -140,6 +141,24 @@ static int64_t count_told(const HdfFile *file, const char *group)
     for (size_t i = 0; i < sizeof set / sizeof *set && least > 0; i++) {
         char name[NAME_TEXT];
         snprintf(name, sizeof name, "%s/%s", group, set[i].name);
+        int64_t rows =
+            hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, set[i].columns) : 0;
+        least = rows < least ? rows : least;
+    }
+    return least;
+}
+
+// Returns the rows of colours that all their data sets have; 0: none; -1 with a status.
+static int64_t count_look(const HdfFile *file, const char *group)
+{
+    static const struct {
+        const char *name;
+        int columns;
+    } set[] = {{"topology", 0}, {"id", 0}, {"colour", RECORDING_COLOURS}};
+    int64_t least = RECORDING_LOOKS_MOST;
+    for (int i = 0; i < 3 && least > 0; i++) {
+        char name[NAME_TEXT];
+        snprintf(name, sizeof name, "%s/look/%s", group, set[i].name);
         int64_t rows =
             hdf_exists(file, name) ? count_rows(file, name, H5T_INTEGER, set[i].columns) : 0;
         least = rows < least ? rows : least;
@@ -323,7 +342,8 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingInd
     // Topologies first, since frames are checked against them.
     const Extents extents = {triangles, ids};
     index->nodes_told = count_told(file, group);
-    if (index->nodes_told < 0)
+    index->look_rows = index->nodes_told < 0 ? -1 : count_look(file, group);
+    if (index->look_rows < 0)
         return false;
     bool ok = read_topologies(file, group, &extents, (int)topologies, &index->topology,
                               &index->topology_count) &&

@@ -46,7 +46,10 @@ typedef enum BodyTable {
     NODE_ID,
 #define RECORDING_NODE_TABLE(name, type, width, of, empty, sent, recorded)                         \
     MESH_IF_LATER(recorded, NODE_##name, )
-    MESH_COLUMNS(RECORDING_NODE_TABLE) BODY_TABLES,
+    MESH_COLUMNS(RECORDING_NODE_TABLE) LOOK_TOPOLOGY, // of bodies with colours: these and the next
+    LOOK_ID,
+    LOOK_COLOUR,
+    BODY_TABLES,
 } BodyTable;
 
 typedef enum ToolTable {
@@ -137,6 +140,7 @@ typedef struct RecordingIndex {
     FrameRow *frame; // [frame_count], times rise; others are not indexed
     int64_t frame_count, frame_capacity;
     int64_t nodes_told; // rows of node_origin, node_parent and node_level, which older files lack
+    int64_t look_rows;  // of colours; 0: none
     int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known
 } RecordingIndex;
 

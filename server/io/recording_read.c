@@ -34,7 +34,10 @@ typedef enum RowSet {
     ROWS_NODE_ID,
 #define NODE_SET(name, type, width, of, empty, sent, recorded)                                     \
     MESH_IF_LATER(recorded, ROWS_NODE_##name, )
-    MESH_COLUMNS(NODE_SET) ROWS_TOOL_TIME,
+    MESH_COLUMNS(NODE_SET) ROWS_LOOK_TOPOLOGY,
+    ROWS_LOOK_ID,
+    ROWS_LOOK_COLOUR,
+    ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
     ROWS_TOOL_ORIENTATION,
     ROWS_TOOL_FORCE,
@@ -57,7 +60,10 @@ static const RowForm row_form[ROW_SETS] = {
     MESH_IF_LATER(recorded,                                                                        \
                   [ROWS_NODE_##name] = {"/bodies", "/node_" #name, (width) > 1 ? (width) : 0,      \
                                         (width) * sizeof(type)}, )
-    MESH_COLUMNS(NODE_ROW_FORM)[ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
+    MESH_COLUMNS(NODE_ROW_FORM)[ROWS_LOOK_TOPOLOGY] = {"/bodies", "/look/topology", 0, sizeof(int)},
+    [ROWS_LOOK_ID] = {"/bodies", "/look/id", 0, sizeof(int)},
+    [ROWS_LOOK_COLOUR] = {"/bodies", "/look/colour", RECORDING_COLOURS, RECORDING_COLOURS},
+    [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
     [ROWS_TOOL_FORCE] = {"/tools", "/force", 3, 3 * sizeof(double)},
@@ -81,7 +87,10 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
     const hid_t type[ROW_SETS] = {[ROWS_POSITION] = H5T_NATIVE_FLOAT,
                                   [ROWS_TRIANGLES] = H5T_NATIVE_INT,
                                   [ROWS_NODE_ID] = H5T_NATIVE_INT,
-                                  MESH_COLUMNS(NODE_TYPE)[ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
+                                  MESH_COLUMNS(NODE_TYPE)[ROWS_LOOK_TOPOLOGY] = H5T_NATIVE_INT,
+                                  [ROWS_LOOK_ID] = H5T_NATIVE_INT,
+                                  [ROWS_LOOK_COLOUR] = H5T_NATIVE_UINT8,
+                                  [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
@@ -156,6 +165,7 @@ static bool send_index(int fd, const RecordingIndex *index)
     const RecordingIndex plain = {.topology_count = index->topology_count,
                                   .frame_count = index->frame_count,
                                   .nodes_told = index->nodes_told,
+                                  .look_rows = index->look_rows,
                                   .first_wall = index->first_wall};
     return hdf_child_send(fd, &plain, sizeof plain) &&
            hdf_child_send(fd, index->topology,
@@ -235,6 +245,8 @@ static bool receive_index(RecordingReader *reader, int body, Status *status)
     index->topology_count = plain.topology_count;
     index->frame_count = plain.frame_count;
     index->nodes_told = plain.nodes_told;
+    index->look_rows =
+        plain.look_rows >= 0 && plain.look_rows <= RECORDING_LOOKS_MOST ? plain.look_rows : 0;
     index->first_wall =
         plain.first_wall > 0 && plain.first_wall <= RECORDING_TRIANGLES_MOST ? plain.first_wall : 0;
     index->topology = calloc((size_t)plain.topology_count + 1, sizeof *index->topology);
@@ -512,6 +524,23 @@ bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, co
         MESH_COLUMNS(ASK_NODES)
     }
     return ok;
+}
+
+int64_t recording_reader_look_rows(const RecordingReader *reader, int body)
+{
+    return index_of(reader, body)->look_rows;
+}
+
+bool recording_reader_look(RecordingReader *reader, int body, int64_t first, int rows,
+                           int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
+                           Status *status)
+{
+    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
+           first + rows <= recording_reader_look_rows(reader, body));
+    const char *name = reader->info.body[body].name;
+    return ask(reader, ROWS_LOOK_TOPOLOGY, name, first, rows, topology, status) &&
+           ask(reader, ROWS_LOOK_ID, name, first, rows, id, status) &&
+           ask(reader, ROWS_LOOK_COLOUR, name, first, rows, colour, status);
 }
 
 // --- tools and events ----------------------------------------------------------------------------

@@ -13,7 +13,8 @@ typedef struct RecordingReader RecordingReader;
 enum {
     RECORDING_NODES_MOST = 1 << 22, // of a frame; larger ones are not read
     RECORDING_TRIANGLES_MOST = 1 << 23,
-    RECORDING_ROWS_MOST = 4096, // of a tool and of the events in one call
+    RECORDING_ROWS_MOST = 4096,     // of a tool, of colours and of the events in one call
+    RECORDING_LOOKS_MOST = 1 << 24, // rows of colours; later ones are not read
 };
 
 // Opens a recording as it is now: ended, being written, or left by a writer that was killed; rows
@@ -65,6 +66,13 @@ bool recording_reader_mesh(RecordingReader *reader, int body, int64_t frame, int
 // `status` if it cannot be read.
 bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, const MeshColumns *to,
                             bool *known, Status *status);
+
+// Rows of colours, in the order of the file (RecordingLook); 0: the body has none.
+int64_t recording_reader_look_rows(const RecordingReader *reader, int body);
+// Reads `rows` rows, at most RECORDING_ROWS_MOST, from `first` on. Ids may be any number.
+bool recording_reader_look(RecordingReader *reader, int body, int64_t first, int rows,
+                           int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
+                           Status *status);
 
 // --- tools and events ----------------------------------------------------------------------------
 

@@ -124,7 +124,6 @@ pliant_mesh_delta_t mesh_delta_chunk(const MeshDelta *delta, const BodyMesh *aft
 
 enum {
     NODES_IN_REST_CHUNK = 2048, // 41 kB with texture coordinates
-    NODES_IN_LOOK_CHUNK = 4096, // 25 kB, which take about half a millisecond
     OWN_STATUSES = 64,          // most that may be in transit at a time; a power of two
     BUS_AGAIN_NS = 100000000,   // pause before something that any client may request is sent again
 };

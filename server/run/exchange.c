@@ -264,7 +264,9 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
             body->mesh.topology; // recorder_create writes this topology
         if (mesh_changes(body))
             create_ring(&exchange->recorded_mesh[i], &world->arena, EXCHANGE_MESHES,
-                        mesh_copy_bytes(&body->mesh), "recorded_meshes");
+                        mesh_copy_bytes(&body->mesh) +
+                            (rest_is_wanted(body, false) ? rest_copy_bytes(&body->mesh) : 0),
+                        "recorded_meshes");
     }
     // Events that the file gets, too.
     create_ring(&exchange->told, &world->arena, EXCHANGE_EVENTS, sizeof(EventOut), "told");

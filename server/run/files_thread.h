@@ -62,7 +62,14 @@ typedef struct RecorderMesh {
     MeshCopy *copy; // if it changes
     float *node;    // [3 node_capacity] all nodes
     double *scratch;
+    struct RecorderLook *look; // of a body with colours, else NULL
 } RecorderMesh;
+
+// recorder_look.c: the colours of a body.
+struct RecorderLook *recorder_look_reserve(const Body *body, Arena *arena);
+// Returns the rows of a mesh that the file does not have.
+RecordingLook recorder_look_take(struct RecorderLook *to, const Body *body, const BodyMesh *mesh,
+                                 const RestCopy *rest);
 
 typedef struct Recorder {
     Recording *recording;
@@ -83,7 +90,9 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
                      Status *status);
 // Writes the mesh of the frames that follow, if it changed. This and the next five functions return
 // false from the first failure on; recording_status names it.
-bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh);
+// `rest`: its rest positions where its colours follow from them; NULL: those of the body, which
+// nobody steps meanwhile.
+bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh, const RestCopy *rest);
 // Writes the meshes that were handed over before the frame.
 bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);

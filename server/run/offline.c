@@ -131,7 +131,7 @@ static bool record(Offline *run)
     record_frame_take(run->frame, run->sim);
     bool ok = true;
     for (int i = 0; i < sim_body_count(run->sim) && ok; i++)
-        ok = recorder_follow_mesh(&run->recorder, i, &sim_body(run->sim, i)->mesh);
+        ok = recorder_follow_mesh(&run->recorder, i, &sim_body(run->sim, i)->mesh, NULL);
     if (ok && recorder_write_frame(&run->recorder, run->frame) &&
         recording_flush_if_due(run->recorder.recording, clock_now_ns()))
         return true;

@@ -21,6 +21,14 @@ size_t record_frame_bytes(Sim *sim)
     return bytes;
 }
 
+// Returns the rest positions behind a mesh that is handed over; NULL: its colours need none.
+static RestCopy *recorded_rest(const Body *body, const MeshCopy *mesh)
+{
+    return rest_is_wanted(body, false)
+               ? (RestCopy *)((uintptr_t)mesh + mesh_copy_bytes(&body->mesh))
+               : NULL;
+}
+
 RecordFrame *record_find_room(Exchange *exchange, Sim *sim)
 {
     RecordFrame *frame = ring_back(&exchange->recorded);
@@ -34,6 +42,9 @@ RecordFrame *record_find_room(Exchange *exchange, Sim *sim)
         if (mesh == NULL)
             return NULL;
         mesh_copy_follow(mesh, &body->mesh);
+        RestCopy *rest = recorded_rest(body, mesh);
+        if (rest != NULL)
+            rest_copy_follow(rest, body);
         ring_publish(&exchange->recorded_mesh[i]);
         exchange->recorded_topology[i] = body->mesh.topology;
     }
@@ -123,6 +134,7 @@ void recorder_reserve(Recorder *recorder, World *world)
         const Body *body = sim_body(world->sim, i);
         RecordingMesh *mesh = &recorder->mesh[i].mesh;
         reserve_nodes(&recorder->mesh[i], body, arena);
+        recorder->mesh[i].look = recorder_look_reserve(body, arena);
         if (!mesh_changes(body))
             continue;
         // A changing one gets room for its largest mesh without free slots.
@@ -160,7 +172,17 @@ static RecordingTopology whole(const BodyMesh *mesh)
                                .triangle = mesh->triangle};
 }
 
-bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh)
+// Writes the colours that a mesh adds.
+static bool write_look(Recorder *recorder, int index, const BodyMesh *mesh, const RestCopy *rest)
+{
+    struct RecorderLook *to = recorder->mesh[index].look;
+    if (to == NULL)
+        return true;
+    const RecordingLook look = recorder_look_take(to, sim_body(recorder->sim, index), mesh, rest);
+    return recording_add_look(recorder->recording, index, &look);
+}
+
+bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh, const RestCopy *rest)
 {
     RecorderMesh *to = &recorder->mesh[body];
     if (to->mesh.live == NULL || to->mesh.topology == mesh->topology)
@@ -168,7 +190,8 @@ bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh)
     const RecordingTopology topology = compact(to, mesh);
     if (to->copy != NULL)
         mesh_copy_follow(to->copy, mesh);
-    return recording_add_topology(recorder->recording, body, &topology);
+    return recording_add_topology(recorder->recording, body, &topology) &&
+           write_look(recorder, body, mesh, rest);
 }
 
 bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame)
@@ -184,7 +207,8 @@ bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFr
                (copy = ring_peek(ring)) != NULL) {
             const BodyMesh view = mesh_copy_view(copy);
             if (view.topology == body->topology)
-                ok &= recorder_follow_mesh(recorder, i, &view);
+                ok &= recorder_follow_mesh(recorder, i, &view,
+                                           recorded_rest(sim_body(recorder->sim, i), copy));
             ring_pop(ring);
         }
         ASSERT(mesh->live == NULL || mesh->topology == body->topology);
@@ -204,7 +228,8 @@ static bool write_topologies(Recorder *recorder)
         // The meshes that bodies begin with; the file has each before its first frame.
         const RecordingTopology topology =
             changing->mesh.live != NULL ? compact(changing, mesh) : whole(mesh);
-        ok = recording_add_topology(recorder->recording, i, &topology);
+        ok = recording_add_topology(recorder->recording, i, &topology) &&
+             write_look(recorder, i, mesh, NULL);
     }
     return ok && recording_flush(recorder->recording);
 }
@@ -239,7 +264,8 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
             .name = from->name,
             .nodes = kept_together(changes, mesh->node_count, mesh->node_capacity),
             .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity),
-            .first_wall = mesh->first_wall};
+            .first_wall = mesh->first_wall,
+            .coloured = from->look != NULL};
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;

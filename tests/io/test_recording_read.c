@@ -37,7 +37,7 @@ static const char *make_with(const char *name, const char *describe, const char 
     static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
     const char *path = scratch_at(name);
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    const RecordingBody body = {"tetra", NODES, 2, 1};
+    const RecordingBody body = {"tetra", NODES, 2, 1, false};
     const RecordingOptions options = {.scene = text,
                                       .describe = describe,
                                       .created_by = "test 1",

@@ -222,7 +222,8 @@ TEST(off_line_the_meshes_come_from_the_body)
         record_frame_take(rig.frame, rig.world.sim);
         stamp(&rig, rig.frame);
         for (int i = 0; i < 2; i++)
-            assert_true(recorder_follow_mesh(&rig.recorder, i, &sim_body(rig.world.sim, i)->mesh));
+            assert_true(
+                recorder_follow_mesh(&rig.recorder, i, &sim_body(rig.world.sim, i)->mesh, NULL));
         assert_true(recorder_write_frame(&rig.recorder, rig.frame));
     }
     rig_close(&rig);
