@@ -20,7 +20,7 @@ enum {
     KIT_BODIES = 64, // more are ignored, as are more tools
     KIT_TOOLS = 64,
     KIT_EVENTS = 256,
-    KIT_BODY_CHANNELS = 4,
+    KIT_BODY_CHANNELS = 5,
     KIT_PENDING = 64, // the server queues 128
 };
 
@@ -30,12 +30,14 @@ typedef struct KitMesh {
     int32_t topology;
     int node_count, triangle_count;
     MESH_COLUMNS(MESH_NUMBERS)
+    unsigned char *color, *inside; // NULL: no look has come
 } KitMesh;
 
 typedef struct KitBody {
     char name[CLIENT_CHANNEL_MAX];
     NodesFrame nodes;
     MeshFrame mesh;
+    LookFrame look;
     KitMesh *shared;          // copy of `mesh`, NULL until a frame needs it
     bool renewed;             // `mesh` may be another one since
     const PliantBody *newest; // one use is ours; NULL: none

@@ -32,14 +32,60 @@ static bool mesh_is(const KitMesh *mesh, const MeshFrame *frame)
     return is;
 }
 
-// Returns a copy of the mesh, which is the caller's.
-static KitMesh *mesh_copy(const MeshFrame *from)
+// Writes the colours of the nodes of a mesh: `of` the body where nodes have none, and those that
+// the mesh before has until the look of this one comes.
+static unsigned char *colours_of(const MeshFrame *mesh, const LookFrame *look,
+                                 const unsigned char of[3], const unsigned char *own,
+                                 const KitMesh *before, const unsigned char *had)
 {
+    const size_t values = 3 * (size_t)mesh->node_count;
+    const bool fits = look->whole && look->varies && look->topology == mesh->topology &&
+                      look->node_count == mesh->node_count;
+    unsigned char *colour = malloc(values + 1);
+    if (!colour)
+        abort(); // the sizes are bounded: the machine itself is out of memory
+    for (int i = 0; i < mesh->node_count; i++) {
+        const bool known =
+            !fits && look->varies && had && i < before->node_count && before->id[i] == mesh->id[i];
+        memcpy(colour + 3L * i, fits ? own + 3L * i : known ? had + 3L * i : of, 3);
+    }
+    return colour;
+}
+
+// True if the copy has these colours.
+static bool look_is(const KitMesh *mesh, const LookFrame *look)
+{
+    if (!look->whole)
+        return true;
+    if (!mesh->color)
+        return false;
+    if (look->varies && (look->topology != mesh->topology || look->node_count != mesh->node_count))
+        return true; // of another mesh
+    for (int i = 0; i < mesh->node_count; i++) {
+        const long at = 3L * i;
+        if (memcmp(mesh->color + at, look->varies ? look->outside + at : look->color, 3) != 0 ||
+            memcmp(mesh->inside + at, look->varies ? look->inside + at : look->wall, 3) != 0)
+            return false;
+    }
+    return true;
+}
+
+// Returns a copy of the mesh, which is the caller's. `before`: NULL, or the one that it replaces.
+static KitMesh *mesh_copy(const MeshFrame *from, const LookFrame *look, const KitMesh *before)
+{
+    const bool coloured = look->whole || (before && before->color);
 #define COPY_COLUMN(name, ...) .name = kit_copy(from->name, COLUMN_BYTES(from, __VA_ARGS__)),
-    return kit_mesh_create(&(const KitMesh){.topology = from->topology,
-                                            .node_count = from->node_count,
-                                            .triangle_count = from->triangle_count,
-                                            MESH_COLUMNS(COPY_COLUMN)});
+    return kit_mesh_create(
+        &(const KitMesh){.topology = from->topology,
+                         .node_count = from->node_count,
+                         .triangle_count = from->triangle_count,
+                         MESH_COLUMNS(COPY_COLUMN).color =
+                             coloured ? colours_of(from, look, look->color, look->outside, before,
+                                                   before ? before->color : NULL)
+                                      : NULL,
+                         .inside = coloured ? colours_of(from, look, look->wall, look->inside,
+                                                         before, before ? before->inside : NULL)
+                                            : NULL});
 }
 
 // Hands the newest positions out if there is one of each node and the mesh is theirs.
@@ -55,9 +101,10 @@ static void frame_try(PliantClient *kit, KitBody *body)
         return;
     }
     // Most whole meshes repeat the one that is there.
-    if (body->renewed && !mesh_is(body->shared, mesh)) {
-        kit_mesh_release(body->shared);
-        body->shared = mesh_copy(mesh);
+    if (body->renewed && (!mesh_is(body->shared, mesh) || !look_is(body->shared, &body->look))) {
+        KitMesh *before = body->shared;
+        body->shared = mesh_copy(mesh, &body->look, before);
+        kit_mesh_release(before);
     }
     body->renewed = false;
     float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
@@ -138,6 +185,18 @@ static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *use
                        : mesh_frame_add(&body->mesh, buffer->data, buffer->data_size));
 }
 
+static void on_look(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    PliantClient *kit = user;
+    KitBody *body = add(kit, client_body_of(&kit->client, "LOOK", channel));
+    if (!body)
+        return;
+    body->look.mesh_nodes = body->mesh.most_nodes;
+    // The next frame has them.
+    if (look_frame_add(&body->look, buffer->data, buffer->data_size) == FRAMES_WHOLE)
+        body->renewed = true;
+}
+
 static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     PliantClient *kit = user;
@@ -155,8 +214,11 @@ bool pliant_hear_bodies(PliantClient *kit, bool hear)
     static const struct {
         const char *name;
         lcm_msg_handler_t handler;
-    } CHANNELS[KIT_BODY_CHANNELS] = {
-        {"NODES", on_nodes}, {"POINTS", on_nodes}, {"MESH", on_mesh}, {"WALLS", on_walls}};
+    } CHANNELS[KIT_BODY_CHANNELS] = {{"NODES", on_nodes},
+                                     {"POINTS", on_nodes},
+                                     {"MESH", on_mesh},
+                                     {"WALLS", on_walls},
+                                     {"LOOK", on_look}};
     for (int k = 0; k < KIT_BODY_CHANNELS; k++) {
         if (!hear)
             receiver_unsubscribe(kit->client.receiver, kit->hears[k]);
@@ -178,6 +240,7 @@ void kit_bodies_destroy(PliantClient *kit)
         KitBody *body = kit->body[i];
         nodes_frame_destroy(&body->nodes);
         mesh_frame_destroy(&body->mesh);
+        look_frame_destroy(&body->look);
         kit_mesh_release(body->shared);
         pliant_body_release(body->newest);
         free(body);

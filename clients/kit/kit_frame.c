@@ -29,6 +29,8 @@ void kit_mesh_release(KitMesh *mesh)
         return;
 #define FREE_COLUMN(name, ...) free(mesh->name);
     MESH_COLUMNS(FREE_COLUMN)
+    free(mesh->color);
+    free(mesh->inside);
     free(mesh);
 }
 
@@ -53,6 +55,8 @@ const PliantBody *kit_frame_create(const PliantBody *body, KitMesh *mesh)
         frame->body.first_wall = 0; // of another mesh
 #define POINT_AT_COLUMN(name, ...) frame->body.name = mesh->name;
     MESH_COLUMNS(POINT_AT_COLUMN) // each has a member of PliantBody
+    frame->body.color = mesh->color;
+    frame->body.inside = mesh->inside;
     return &frame->body;
 }
 

@@ -7,7 +7,7 @@ memoryviews, or rows of them; they stay valid as long as they are referenced. Fa
 """
 import collections
 import ctypes
-from ctypes import POINTER, c_bool, c_char, c_char_p, c_double, c_float, c_int, c_int8, c_int32, c_int64, c_void_p
+from ctypes import POINTER, c_bool, c_char, c_char_p, c_double, c_float, c_int, c_int8, c_int32, c_int64, c_uint8, c_void_p
 
 try:
     import numpy
@@ -40,7 +40,7 @@ class _Body(ctypes.Structure):
                 ("topology", c_int32), ("node_count", c_int32), ("triangle_count", c_int32),
                 ("position", c_void_p), ("triangle", c_void_p), ("id", c_void_p), ("origin", c_void_p),
                 ("parent", c_void_p), ("piece", c_void_p), ("level", c_void_p), ("first_wall", c_int32),
-                ("old_nodes", c_int32)]
+                ("old_nodes", c_int32), ("color", c_void_p), ("inside", c_void_p)]
 
 
 class _Pose(ctypes.Structure):
@@ -269,11 +269,13 @@ class _Kept:
 
 class Body:
     """A frame of a body: name, count, step, time, utime, topology, node_count, triangle_count, first_wall, old_nodes,
-    and arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded."""
+    and arrays: position and triangle (rows of 3), parent (rows of 2), id, origin, piece, level; None: not recorded. color
+    and inside (rows of red, green, blue) are None where the scene names none."""
     _ARRAYS = {"position": (c_float, "f", "node_count", 3), "triangle": (c_int32, "i", "triangle_count", 3),
                "id": (c_int32, "i", "node_count", 1), "origin": (c_int32, "i", "node_count", 1),
                "parent": (c_int32, "i", "node_count", 2), "piece": (c_int32, "i", "node_count", 1),
-               "level": (c_int8, "b", "node_count", 1)}
+               "level": (c_int8, "b", "node_count", 1), "color": (c_uint8, "B", "node_count", 3),
+               "inside": (c_uint8, "B", "node_count", 3)}
 
     def __init__(self, pointer):
         self._kept = _Kept(pointer)

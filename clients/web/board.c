@@ -94,13 +94,16 @@ Parcel *parcel_rest(int body, const RestFrame *rest)
 Parcel *parcel_look(int body, const LookFrame *look)
 {
     const size_t values = look->varies ? 3 * (size_t)look->node_count : 0;
-    Parcel *parcel = make(false, 4 * HEADER_WORDS + 6 + 2 * values);
+    const size_t name = strlen(look->texture);
+    Parcel *parcel = make(false, 4 * HEADER_WORDS + 6 + 2 * values + name);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_LOOK, body, look->topology, look->node_count, look->varies, 0);
+    put_header(&at, KIND_LOOK, body, look->topology, look->node_count, look->varies,
+               (uint32_t)name);
     put(&at, look->color, sizeof look->color, 1);
     put(&at, look->wall, sizeof look->wall, 1);
     put(&at, look->outside, values, 1);
     put(&at, look->inside, values, 1);
+    put(&at, look->texture, name, 1);
     return parcel;
 }
 

@@ -19,6 +19,7 @@ const char *const FOLDER_SCENES[] = {".cfg", NULL};
 const char *const FOLDER_MESHES[] = {".obj", ".stl", ".ply",  ".off", ".vtk",    ".vtp",
                                      ".vtu", ".msh", ".nrrd", ".nii", ".nii.gz", NULL};
 const char *const FOLDER_RECORDINGS[] = {".h5", ".lcmlog", NULL};
+const char *const FOLDER_IMAGES[] = {".png", ".jpg", ".jpeg", NULL};
 
 enum { NUMBERS_MAX = 999 };
 

@@ -24,7 +24,8 @@ typedef struct Folder {
 } Folder;
 
 // The endings of a kind of file: NULL-terminated, in lower case.
-extern const char *const FOLDER_SCENES[], *const FOLDER_MESHES[], *const FOLDER_RECORDINGS[];
+extern const char *const FOLDER_SCENES[], *const FOLDER_MESHES[], *const FOLDER_RECORDINGS[],
+                                                                      *const FOLDER_IMAGES[];
 
 typedef struct FolderFile {
     char name[FOLDER_NAME_MAX];

@@ -119,6 +119,7 @@ static const char *type_of(const char *path)
                                            {".svg", "image/svg+xml"},
                                            {".png", "image/png"},
                                            {".jpg", "image/jpeg"},
+                                           {".jpeg", "image/jpeg"},
                                            {".json", "application/json"},
                                            {".txt", "text/plain; charset=utf-8"}};
     const char *dot = strrchr(path, '.');
@@ -226,6 +227,23 @@ static Result serve_recording(const Site *site, Connection *connection, const ch
     snprintf(attachment, sizeof attachment, "attachment; filename=\"%s\"", name);
     const char *const more[] = {"Content-Disposition", attachment, NULL};
     return answer(connection, 200, response, "application/octet-stream", more);
+}
+
+// Images beside scenes, which they name as textures.
+static Result serve_image(const Site *site, Connection *connection, const char *name)
+{
+    const Workbench *workbench = site->shared.workbench;
+    struct stat file;
+    int fd = workbench ? folder_read(&workbench->folder[ASK_SCENES], name, FOLDER_IMAGES) : -1;
+    if (fd < 0)
+        return not_found(connection);
+    const bool fits = fstat(fd, &file) == 0 && file.st_size <= TEXTURE_BYTES_MAX;
+    Response *response =
+        fits ? MHD_create_response_from_fd64((uint64_t)file.st_size, fd) : NULL; // closes fd
+    if (!response)
+        close(fd);
+    return response ? answer(connection, 200, response, type_of(name), NULL)
+                    : not_found(connection);
 }
 
 static void end_upload(Site *site)
@@ -407,6 +425,8 @@ static Result admit(Site *site, Connection *connection, const char *uri)
         return serve_live(site, connection);
     if (strncmp(uri, "/texture/", 9) == 0)
         return serve_texture(site, connection, uri + 9);
+    if (strncmp(uri, "/images/", 8) == 0)
+        return serve_image(site, connection, uri + 8);
     if (strncmp(uri, "/recordings/", 12) == 0)
         return serve_recording(site, connection, uri + 12);
     return serve_file(site, connection, uri);

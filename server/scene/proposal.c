@@ -117,6 +117,16 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
     write_fixed(p, 0.35, out);
 }
 
+// Writes the colour; of a label also where the scan goes that it was segmented from.
+static void write_look(const Proposal *p, FILE *out)
+{
+    if (!p->coloured)
+        return;
+    fprintf(out, "    look = { color = [%.3f, %.3f, %.3f]; };", (double)p->colour[0],
+            (double)p->colour[1], (double)p->colour[2]);
+    fprintf(out, p->volume ? "   # with image = \"SCAN.nrrd\" in it cuts show the scan\n" : "\n");
+}
+
 // Writes a tool of each kind that hands move, in proportion to the body.
 static void write_tools(const Proposal *p, FILE *out)
 {
@@ -164,6 +174,7 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
         write_wall(p, file, out);
     else
         write_solid(p, file, out);
+    write_look(p, out);
     fprintf(out, !p->whole   ? "    cuttable = true;\n"
                  : p->chosen ? "    cuttable = false;\n"
                              : "    # cuttable = true;   # needs too much time or memory\n");
@@ -674,6 +685,7 @@ bool proposal_judge(const char *path, double scale, LabelChoice choice, Proposal
     judge_filled(all, &all->verdict[WAY_WALL], &all->verdict[WAY_FILLED]);
     judge_solid(all, &all->verdict[WAY_SOLID]);
     proposal_find_hollow(all);
+    proposal_find_colour(all);
     return true;
 }
 

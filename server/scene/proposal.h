@@ -31,6 +31,8 @@ typedef struct Proposal {
     bool chosen;      // because somebody has said so; else a tick has no time for it
     bool filled;      // a solid without the cavities of its mesh
     double cell;      // edge of a solid's cells [m]; 0: the volume's own
+    bool coloured;    // by the file, or by its name
+    float colour[3];  // red, green and blue, 0 to 1
     Box box;          // of the body
     // Pieces of a solid, each of which is fixed at its lower end; 0: one piece, or too many.
     int piece_count;
@@ -85,6 +87,8 @@ void proposal_print(const Proposals *proposals, FILE *out);
 
 // Sets `hollow` by the name of the label or file, or by the cavity of the solid.
 void proposal_find_hollow(Proposals *proposals);
+// Sets the colour of all ways: that of the label in the file, or by the name.
+void proposal_find_colour(Proposals *proposals);
 // Returns the best way. By the name a hollow organ: a wall. With a cavity: a solid, which keeps the
 // hollow. Else a wall with explicit steps, then a solid, then a wall with implicit steps. -1: none
 // is usable. `why`, if not NULL, gets the rule as a sentence.

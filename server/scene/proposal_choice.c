@@ -56,6 +56,54 @@ void proposal_find_hollow(Proposals *all)
         snprintf(all->hollow, sizeof all->hollow, "one closed sheet lies within another");
 }
 
+// --- colours -------------------------------------------------------------------------------------
+
+// Parts of the names of organs, those that are part of others behind these, and colours as atlases
+// draw them.
+static const struct {
+    const char *name;
+    float colour[3];
+} COLOURS[] = {
+    {"gallbladder", {0.42F, 0.55F, 0.28F}}, {"bladder", {0.80F, 0.58F, 0.50F}},
+    {"tumor", {0.88F, 0.80F, 0.52F}},       {"tumour", {0.88F, 0.80F, 0.52F}},
+    {"lesion", {0.88F, 0.80F, 0.52F}},      {"cyst", {0.72F, 0.74F, 0.60F}},
+    {"vein", {0.30F, 0.34F, 0.60F}},        {"cava", {0.30F, 0.34F, 0.60F}},
+    {"portal", {0.30F, 0.34F, 0.60F}},      {"arter", {0.76F, 0.16F, 0.14F}},
+    {"aorta", {0.76F, 0.16F, 0.14F}},       {"vessel", {0.70F, 0.18F, 0.17F}},
+    {"liver", {0.50F, 0.20F, 0.15F}},       {"kidney", {0.55F, 0.23F, 0.18F}},
+    {"spleen", {0.42F, 0.16F, 0.20F}},      {"pancrea", {0.84F, 0.66F, 0.44F}},
+    {"lung", {0.80F, 0.60F, 0.58F}},        {"heart", {0.62F, 0.18F, 0.16F}},
+    {"myocard", {0.62F, 0.18F, 0.16F}},     {"brain", {0.80F, 0.68F, 0.62F}},
+    {"stomach", {0.82F, 0.56F, 0.48F}},     {"duoden", {0.82F, 0.58F, 0.50F}},
+    {"bowel", {0.82F, 0.58F, 0.50F}},       {"colon", {0.78F, 0.56F, 0.46F}},
+    {"muscle", {0.62F, 0.22F, 0.19F}},      {"fat", {0.93F, 0.80F, 0.47F}},
+    {"bone", {0.90F, 0.86F, 0.74F}},        {"vertebra", {0.90F, 0.86F, 0.74F}},
+    {"rib", {0.90F, 0.86F, 0.74F}},         {"cartilage", {0.78F, 0.82F, 0.82F}},
+    {"nerve", {0.92F, 0.84F, 0.52F}},       {"skin", {0.86F, 0.68F, 0.58F}},
+    {"prostate", {0.78F, 0.56F, 0.50F}},    {"uter", {0.80F, 0.52F, 0.50F}},
+    {"breast", {0.90F, 0.76F, 0.62F}},      {"thyroid", {0.66F, 0.30F, 0.26F}},
+};
+
+void proposal_find_colour(Proposals *all)
+{
+    const float *found = NULL;
+    // What the file says comes before what its names mean.
+    for (int i = 0; i < all->labels.count; i++) {
+        const VolumeLabel *label = &all->labels.label[i];
+        if (label->label == all->subject.label && label->colour[0] >= 0.0F &&
+            (all->subject.layer == 0 || label->layer == all->subject.layer))
+            found = label->colour;
+    }
+    const char *name = name_of(all);
+    for (size_t i = 0; i < sizeof COLOURS / sizeof *COLOURS && found == NULL; i++)
+        if (find_word(name, COLOURS[i].name) != NULL)
+            found = COLOURS[i].colour;
+    for (int i = 0; i < PROPOSAL_WAYS && found != NULL; i++) {
+        all->verdict[i].proposal.coloured = true;
+        memcpy(all->verdict[i].proposal.colour, found, sizeof all->verdict[i].proposal.colour);
+    }
+}
+
 // --- the choice ----------------------------------------------------------------------------------
 
 int proposal_best(const Proposals *all, const char **why)

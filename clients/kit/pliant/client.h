@@ -103,6 +103,10 @@ typedef struct PliantBody {
     int32_t first_wall;      // triangles from this slot on are walls of cuts; 0: none, or unknown
     int32_t old_nodes;       // nodes that are where an earlier frame had them, since their packets
                              // of this one did not come; of servers that send packets
+    // [node_count][3] red, green and blue of sRGB, without light: of the outside, and of walls of
+    // cuts there. NULL: the scene names none, or the frame is of a recording. Nodes that a cut has
+    // added have those of their neighbours for up to 0.1 s.
+    const uint8_t *color, *inside;
 } PliantBody;
 
 // Return the number of bodies of which a frame is there, and their names, k from 0.

@@ -73,6 +73,8 @@ export class Body {
         this.mates = [];      // pairs of nodes that a cut parted
         this.edge = 0;        // mean [m]
         this.colours = new Colours();
+        this.imageName = '';  // of an image beside the scene,
+        this.beside = null;   // once it is loaded
         this.group = new Group();
         this.show = { wireframe: false, springs: false };
     }
@@ -248,7 +250,7 @@ export class Body {
         this.fillRest();
     }
 
-    fillRest() {
+    fillRest(anew = false) {
         this.restShape.fill(this.mesh, this.position, this.rest, this.uv);
         this.repeat(this.rest, 3);
         this.repeat(this.uv, 2);
@@ -263,7 +265,7 @@ export class Body {
         attributes.info.needsUpdate = true;
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
-        if (!this.dressed || this.textured !== textured) this.dress(textured);
+        if (anew || !this.dressed || this.textured !== textured) this.dress(textured);
         this.seam.take(this.index, this.m, this.outer, this.n, this.twin, this.size());
         const { material } = this.surface;
         this.edge = meanEdge(this.index, this.m, this.rest);
@@ -276,9 +278,20 @@ export class Body {
     /** New colours; repeats of the same change nothing. */
     takeLook(message) {
         this.colours.take(message);
+        this.findImage(message.texture);
         if (!this.dressed) return false;
         this.colour();
         return true;
+    }
+
+    // An image that the scene names is put on when it is loaded; without it the colour stays.
+    findImage(name) {
+        if (!name || name === this.imageName) return;
+        this.imageName = name;
+        this.images.beside(name, (image) => {
+            this.beside = image;
+            if (this.dressed && this.textured) this.fillRest(true);
+        });
     }
 
     // The material's colours, and those of the nodes.
@@ -305,7 +318,7 @@ export class Body {
         this.textured = textured;
         this.dressed = true;
         boxOf(this.index, this.m, this.rest, this.box);
-        const own = textured ? this.images.of(this.name) : null;
+        const own = textured ? this.images.of(this.name) ?? this.beside : null;
         this.surface.material?.dispose();
         this.own = own !== null;
         this.surface.material = tissueMaterial({ model: this.model,

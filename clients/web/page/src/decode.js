@@ -18,7 +18,7 @@ export function decode(buffer) {
     if (buffer.byteLength < 24) return null;
     if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
-    if (kind === LOOK) return look(message, buffer, head.getUint32(16, true));
+    if (kind === LOOK) return look(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     return null;
 }
 
@@ -64,13 +64,14 @@ function rest(message, buffer, texture) {
     return message;
 }
 
-function look(message, buffer, varies) {
+function look(message, buffer, varies, name) {
     const n = varies ? message.n : 0;
-    if (varies > 1 || buffer.byteLength !== 30 + 6 * n) return null;
+    if (varies > 1 || buffer.byteLength !== 30 + 6 * n + name) return null;
     message.kind = 'look';
     message.color = new Uint8Array(buffer, 24, 3);   // of sRGB
     message.inside = new Uint8Array(buffer, 27, 3);
     message.outer = varies ? new Uint8Array(buffer, 30, 3 * n) : null; // of nodes
     message.inner = varies ? new Uint8Array(buffer, 30 + 3 * n, 3 * n) : null;
+    message.texture = new TextDecoder().decode(new Uint8Array(buffer, 30 + 6 * n, name));
     return message;
 }

@@ -44,16 +44,23 @@ let round = null, fitted = false, daemon = false, silence = 0, connected = false
 let colours = null, offered = false, published = 0; // [Hz] frames of nodes
 let started = false; // everything below exists
 
+function loadImage(path, loaded) {
+    const image = new TextureLoader().load(path + location.search, loaded);
+    image.colorSpace = NoColorSpace; // the shader squares it
+    return image;
+}
+
 const images = {
     get drawn() { return colours ??= drawnTissue(stage.software); },
     get plain() { return stage.software; },
     /** Null: the body has none. */
     of(name) {
         if (!textures.includes(name)) return null;
-        const image = new TextureLoader().load(
-            `/texture/${encodeURIComponent(name)}${location.search}`, () => stage.invalidate());
-        image.colorSpace = NoColorSpace; // the shader squares it
-        return image;
+        return loadImage(`/texture/${encodeURIComponent(name)}`, () => stage.invalidate());
+    },
+    /** Calls `there` with an image beside the scene, once it is loaded. */
+    beside(name, there) {
+        const image = loadImage(`/images/${encodeURIComponent(name)}`, () => { there(image); stage.invalidate(); });
     },
 };
 
