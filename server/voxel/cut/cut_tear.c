@@ -155,8 +155,9 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
                       lambda * trace * out->rotation[k / 3][k % 3]) +
             barrier * gap[k / 3][k % 3];
     if (tear->tension != NULL)
-        cut_tension_add_stress(tear->tension, e->material, pass->stiffness_scale,
-                               (const double(*)[3])out->rotation, out->stress);
+        cut_tension_add_stress(tear->tension, tear->lattice->element[element].material,
+                               pass->stiffness_scale, (const double(*)[3])out->rotation,
+                               out->stress);
     return out;
 }
 
