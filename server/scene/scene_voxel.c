@@ -495,12 +495,13 @@ static bool check_prestress(const SceneReader *reader, const SceneBody *body,
                             const config_setting_t *group, const SolidMaterial *material)
 {
     const config_setting_t *given = option_find(group, "prestress"),
+                           *axis = option_find(group, "prestress_axis"),
                            *at = given != NULL ? given : group;
     char text[2][OPTION_NUMBER_TEXT];
-    if (!(material->prestress > 0.0))
-        return true;
-    if (body->model == MODEL_PLANE)
-        return option_fail(&reader->source, at, "prestress means nothing for a plane body");
+    if (body->model == MODEL_PLANE && (given != NULL || axis != NULL))
+        return option_fail(&reader->source, given != NULL ? given : axis,
+                           "%s means nothing for a plane body",
+                           given != NULL ? "prestress" : "prestress_axis");
     return material->prestress <= PRESTRESS_MOST * material->youngs_modulus ||
            option_fail(&reader->source, at,
                        "prestress %s is more than a fifth of youngs_modulus, %s",
