@@ -13,14 +13,11 @@ typedef struct LookGroup {
     const char *image, *texture;
 } LookGroup;
 
-// Of a vector of three shares.
-#define COLOUR_LENGTH 1.7320508075688774
-
 #define AT(member) offsetof(LookGroup, member)
 static const Option LOOK_OPTIONS[] = {
-    {"color", OPTION_VECTOR, AT(color), "", 0.0, COLOUR_LENGTH, .preset_text = "[0.77, 0.41, 0.36]",
+    {"color", OPTION_VECTOR, AT(color), "", 0.0, LOOK_LENGTH, .preset_text = "[0.77, 0.41, 0.36]",
      .about = "Colour of the outside: red, green and blue of sRGB, 0 to 1 each."},
-    {"inside", OPTION_VECTOR, AT(inside), "", 0.0, COLOUR_LENGTH,
+    {"inside", OPTION_VECTOR, AT(inside), "", 0.0, LOOK_LENGTH,
      .preset_text = "`color`, darker and redder",
      .about = "Colour of walls that cuts lay open, and of the other side of a membrane."},
     {"image", OPTION_STRING, AT(image), "", .low = 1, .high = SCENE_FILE_MAX, .preset_text = "none",
@@ -38,9 +35,9 @@ static const Option LOOK_OPTIONS[] = {
      .only = VOXEL_ONLY, .about = "Value that is shown white; both of them or none."},
     {"texture", OPTION_STRING, AT(texture), "", .low = 1, .high = SCENE_FILE_MAX,
      .preset_text = "none",
-     .about = "PNG or JPEG image for the outside, relative to the scene's folder, of a mesh with "
-              "texture coordinates and with `publish.rest = true`. The server passes on its name "
-              "alone; `pliant-web --scenes` shows images below its folder."},
+     .about = "PNG or JPEG file beside the scene, an image for the outside of a mesh with texture "
+              "coordinates, with `publish.rest = true`. The server passes on its name alone: "
+              "`pliant-web --scenes` shows it."},
 };
 #undef AT
 const OptionTable LOOK_TABLE = {

@@ -138,6 +138,8 @@ bool scene_read_stiffening(const SceneReader *reader, const config_setting_t *gr
                            Stiffening *stiffening);
 // Reads `look`, NULL: none. After the cells, before the materials of labels, which change it.
 bool scene_read_look(const SceneReader *reader, const config_setting_t *group, SceneBody *body);
+// Of three shares; each is at most 1, which the reader of colours says better.
+#define LOOK_LENGTH 2.0
 // Changes the colours that the group gives; the inside follows a `color` without `inside`.
 bool scene_read_colours(const SceneReader *reader, const config_setting_t *group, Vec3 color,
                         Vec3 inside, LookColours *colours);

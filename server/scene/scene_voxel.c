@@ -358,9 +358,9 @@ static const Option LABEL_OPTIONS[] = {
     {"prestress_axis", OPTION_VECTOR, AT(material.prestress_axis), "", 0.0, SIZE_LIMIT,
      .open = true, .preset_text = "as in `material`", .physics = true, .idle = {&IDLE_IS_WHOLE},
      .about = "Direction of its fibres."},
-    {"color", OPTION_VECTOR, AT(color), "", 0.0, 1.7320508075688774, .preset_text = "as in `look`",
+    {"color", OPTION_VECTOR, AT(color), "", 0.0, LOOK_LENGTH, .preset_text = "as in `look`",
      .about = "Colour of the outside where it has this label, as in `look`."},
-    {"inside", OPTION_VECTOR, AT(inside), "", 0.0, 1.7320508075688774,
+    {"inside", OPTION_VECTOR, AT(inside), "", 0.0, LOOK_LENGTH,
      .preset_text = "`color`, darker and redder; as in `look`",
      .about = "Colour of walls of cuts through this label."},
 };

@@ -19,16 +19,17 @@ typedef struct Receiver {
     NodesFrame nodes;
     MeshFrame mesh;
     RestFrame rest;
+    LookFrame look;
     PliantClient kit; // without connection
     View view;
     FILE *out; // nowhere
 } Receiver;
 
-enum { MESSAGE_MOST = 4096, KINDS = 11 };
+enum { MESSAGE_MOST = 4096, KINDS = 12 };
 
 static const WireType *const TYPES[KINDS] = {
     &WIRE_NODES, &WIRE_MESH,      &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS, &WIRE_EVENT,
-    &WIRE_REPLY, &WIRE_TOOL_POSE, &WIRE_COMMAND,    &WIRE_REST,    &WIRE_POINTS};
+    &WIRE_REPLY, &WIRE_TOOL_POSE, &WIRE_COMMAND,    &WIRE_REST,    &WIRE_POINTS, &WIRE_LOOK};
 
 static void check_nodes(const NodesFrame *frame)
 {
@@ -98,6 +99,11 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
             for (int i = 0; i < 3 * receiver->rest.node_count; i++)
                 MUST(receiver->rest.position[i] - receiver->rest.position[i] == 0.0f);
         break;
+    case 11:
+        result = look_frame_add(&receiver->look, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        MUST(!receiver->look.whole || receiver->look.varies == (receiver->look.outside != NULL));
+        break;
     default:
         break;
     }
@@ -142,6 +148,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     nodes_frame_destroy(&receiver->nodes);
     mesh_frame_destroy(&receiver->mesh);
     rest_frame_destroy(&receiver->rest);
+    look_frame_destroy(&receiver->look);
     kit_forget(&receiver->kit);
     free(receiver);
     return 0;

@@ -192,6 +192,51 @@ TEST(tools_events_and_the_scene_are_read)
     assert_string_equal(event[2].text, "a cut");
 }
 
+TEST(colours_come_back_row_by_row_and_only_those_that_changed)
+{
+    static const int id[4] = {5, -1, 9, 2}, later[4] = {5, 7, 9, 2};
+    unsigned char outside[4][3] = {{1, 2, 3}, {0}, {4, 5, 6}, {7, 8, 9}};
+    unsigned char inside[4][3] = {{11, 12, 13}, {0}, {14, 15, 16}, {17, 18, 255}};
+    static const unsigned char own[RECORDING_COLOURS] = {20, 21, 22, 23, 24, 25};
+    int known_id[4], row_id[5];
+    unsigned char known[4][RECORDING_COLOURS], row[5][RECORDING_COLOURS];
+    RecordingColours colours = {.known_id = known_id, .known = known, .id = row_id, .colour = row};
+    const RecordingBody body = {"tetra", NODES, 2, 1, true};
+    const RecordingOptions options = {
+        .scene = "", .created_by = "test 1", .body_count = 1, .body = &body};
+    Status status = {0};
+    const char *path = scratch_at("colours.h5");
+    Recording *recording = recording_create(path, &options, &status);
+    assert_non_null(recording);
+#define TAKE(topology, ids)                                                                        \
+    recording_colours_take(&colours, topology, own, 4, ids, (const unsigned char(*)[3])outside,    \
+                           (const unsigned char(*)[3])inside)
+    RecordingLook look = TAKE(3, id);
+    assert_int_equal(look.count, 4); // of the body and of three nodes
+    assert_true(recording_add_look(recording, 0, &look));
+    look = TAKE(3, id);
+    assert_int_equal(look.count, 0); // a repeat
+    assert_true(recording_add_look(recording, 0, &look));
+    inside[3][2] = 254; // one has changed, another is new
+    look = TAKE(4, later);
+    assert_int_equal(look.count, 2);
+    assert_true(recording_add_look(recording, 0, &look));
+    expect_ok(recording_close(recording, &status), status);
+
+    SCOPED(close_reader) RecordingReader *reader = open_reader(path);
+    int topology[6], node[6];
+    unsigned char colour[6][RECORDING_COLOURS];
+    assert_int_equal(recording_reader_look_rows(reader, 0), 6);
+    assert_true(recording_reader_look(reader, 0, 0, 6, topology, node, colour, &status));
+    assert_memory_equal(topology, ((const int[6]){3, 3, 3, 3, 4, 4}), sizeof topology);
+    assert_memory_equal(node, ((const int[6]){RECORDING_OF_BODY, 5, 9, 2, 7, 2}), sizeof node);
+    assert_memory_equal(colour[0], own, sizeof own);
+    assert_memory_equal(colour[5], ((const unsigned char[6]){7, 8, 9, 17, 18, 254}), 6);
+    // A file without has none.
+    SCOPED(close_reader) RecordingReader *other = open_reader(make("plain.h5"));
+    assert_int_equal(recording_reader_look_rows(other, 0), 0);
+}
+
 // pliant-record knows no scene and writes the description in its place; older files have none.
 TEST(a_description_in_place_of_the_scene_is_one)
 {
