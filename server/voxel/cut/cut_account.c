@@ -13,18 +13,24 @@
 // ---------------------------------------------------------------------------------------------
 // Tissue
 
-// Finds the main piece: that with the most fixed corners, of several the largest, then the first.
-static int find_main(CutAccount *account)
+// True if a piece has more of what is fixed than another, or as much and more cells, or as many and
+// begins before it.
+static bool is_before(const CutAccount *account, int piece, int other)
 {
     const CutPieces *pieces = account->pieces;
-    int *sum = account->sum, best = -1;
-    memset(sum, 0, (size_t)pieces->cell_count * sizeof *sum);
-    for (int c = 0; c < pieces->cell_count; c++)
-        sum[pieces->root[c]] += account->held[c];
-    for (int c = 0; c < pieces->cell_count; c++)
-        if (pieces->root[c] == c && (best < 0 || sum[c] > sum[best] ||
-                                     (sum[c] == sum[best] && pieces->size[c] > pieces->size[best])))
-            best = c;
+    const int a = pieces->first[piece], b = pieces->first[other];
+    if (account->sum[piece] != account->sum[other])
+        return account->sum[piece] > account->sum[other];
+    return pieces->size[a] != pieces->size[b] ? pieces->size[a] > pieces->size[b] : a < b;
+}
+
+// Finds the main piece; -1: nothing is left.
+static int find_main(const CutAccount *account)
+{
+    int best = -1;
+    for (int n = 0; n < (int)*account->pieces->count; n++)
+        if (account->pieces->first[n] >= 0 && (best < 0 || is_before(account, n, best)))
+            best = n;
     return best;
 }
 
@@ -38,8 +44,12 @@ int cut_account_tissues(const CutAccount *account, TissueAccount *to, int capaci
     const double cell = cell_volume(account);
     for (int m = 0; m < account->tissue_count && m < capacity; m++) {
         to[m] = account->tissues[m];
+        const int64_t gone = account->gone != NULL ? account->gone[m] : 0;
         to[m].attached = (double)account->attached[m] * cell;
-        to[m].cut_off = (double)(account->at_load[m] - account->attached[m]) * cell;
+        to[m].cut_off = (double)(account->at_load[m] - account->attached[m] - gone) * cell;
+        to[m].removed = (double)gone * cell;
+        if (account->coagulated != NULL)
+            to[m].coagulated = account->coagulated[m] * cell;
     }
     return account->tissue_count;
 }
@@ -58,16 +68,31 @@ static void publish(CutAccount *account)
                             .cause = (AccountCause)from->cause,
                             .touched = from->touched != 0};
     }
-    account->sections.version++;
+    account->version++;
+}
+
+const BodySections *cut_account_sections(CutAccount *account)
+{
+    // What coagulates is no change that anybody tells.
+    uint64_t version = (uint64_t)account->version;
+    for (int m = 0; account->coagulated != NULL && m < account->tissue_count; m++)
+        version = version * 1000003u + (uint64_t)account->coagulated[m];
+    account->sections.version = (int64_t)version;
+    return &account->sections;
 }
 
 void cut_account_count(CutAccount *account)
 {
     const CutPieces *pieces = account->pieces;
-    const int main_piece = find_main(account);
+    memset(account->sum, 0, (size_t)*pieces->count * sizeof *account->sum);
+    for (int c = 0; c < pieces->cell_count; c++)
+        if (!cut_lattice_is_gone(pieces->lattice, c))
+            account->sum[cut_pieces_of(pieces, c)] += account->held[c];
+    account->main_piece = find_main(account);
     memset(account->attached, 0, (size_t)account->tissue_count * sizeof *account->attached);
     for (int c = 0; c < pieces->cell_count; c++)
-        if (pieces->root[c] == main_piece)
+        if (!cut_lattice_is_gone(pieces->lattice, c) &&
+            cut_pieces_of(pieces, c) == account->main_piece)
             account->attached[account->tissue[c]]++;
     publish(account);
 }
@@ -159,6 +184,43 @@ void cut_account_break(CutAccount *account, AccountCause cause, const int (*face
         approach(account, cause, face[f], met != NULL ? (double)met->along / CROSSING_ALONG : 0.5);
     }
     publish(account);
+}
+
+// Notes that a cell goes. Its walls are half a cell around its centre.
+static void approach_cell(CutAccount *account, int cell)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    double point[3];
+    for (int d = 0; d < 3; d++)
+        point[d] = lattice->element[cell].cell[d] + 0.5;
+    for (int r = 0; r < account->sections.region_count; r++) {
+        bool touched;
+        if (account->watch[r].material < 0)
+            continue;
+        const double distance = distance_of(account, r, point, cell, cell, &touched) - 0.5;
+        note(&account->region[r], ACCOUNT_REMOVAL, fmax(0.0, distance), touched);
+    }
+}
+
+void cut_account_remove(CutAccount *account, const int *cell, int count)
+{
+    const CutPieces *pieces = account->pieces;
+    for (int k = 0; k < count; k++) {
+        const int piece = cut_pieces_of(pieces, cell[k]);
+        account->sum[piece] -= account->held[cell[k]];
+        if (piece == account->main_piece)
+            account->attached[account->tissue[cell[k]]]--;
+        approach_cell(account, cell[k]);
+    }
+}
+
+void cut_account_follow(CutAccount *account, bool came)
+{
+    // Another piece may have more of what is fixed now.
+    if (came || find_main(account) != account->main_piece)
+        cut_account_count(account);
+    else
+        publish(account);
 }
 
 void cut_account_derive(CutAccount *account)

@@ -33,12 +33,17 @@ typedef struct CutAccount {
     CutAccountRegion *region; // [sections.region_count]
 
     // --- follows from the pieces ---
+    int main_piece;    // its number
     int64_t *attached; // [material] cells of the main piece
-    int *sum;          // scratch: [cell] by its smallest cell, what a piece has of what is fixed
+    int *sum;          // [piece] its fixed corners, by its number
+
+    // --- of others; NULL: none ---
+    const int *gone, *coagulated; // [material] cells
 
     // --- what others get ---
     int tissue_count;
     TissueAccount *tissues; // [tissue_count] name, density and amount at load; the others are 0
+    int64_t version;        // changes so far
     BodySections sections;
     RegionAccount *regions; // sections.region
 } CutAccount;
@@ -51,8 +56,13 @@ void cut_account_break(CutAccount *account, AccountCause cause, const int (*face
                        const CutCrossing *crossing, int count);
 // After pieces came: counts the main one again.
 void cut_account_count(CutAccount *account);
-// As BodyOps.account.
+// Before cells go: takes them out of the piece that they are of. Call cut_account_follow then.
+void cut_account_remove(CutAccount *account, const int *cell, int count);
+// After cells went; `came`: also pieces came.
+void cut_account_follow(CutAccount *account, bool came);
+// As BodyOps.account and BodyOps.sections.
 int cut_account_tissues(const CutAccount *account, TissueAccount *to, int capacity);
+const BodySections *cut_account_sections(CutAccount *account);
 // After the state was replaced.
 void cut_account_derive(CutAccount *account);
 

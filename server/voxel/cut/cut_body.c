@@ -214,7 +214,7 @@ int cut_body_account(const void *self, TissueAccount *account, int capacity)
 
 const BodySections *cut_body_sections(const void *self)
 {
-    return &((const VoxelModel *)self)->cuts->account.sections;
+    return cut_account_sections(&((const VoxelModel *)self)->cuts->account);
 }
 
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)
@@ -485,6 +485,9 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cuts->mass_at_load = body->mass;
         cut_body_count_gone(cuts, body);
     }
+    cuts->account.gone = cuts->gone;
+    if (cuts->heat != NULL)
+        cuts->account.coagulated = cuts->heat->coagulated;
     // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;

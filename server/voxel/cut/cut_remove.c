@@ -207,9 +207,11 @@ bool cut_body_take(Body *body, const int *cell, int count, const Region *mouth,
         cut_heat_remove(cuts->heat, cell, count);
     if (cuts->fit != NULL)
         keep_crossings(cuts, row, cell, count, mouth);
+    cut_account_remove(&cuts->account, cell, count);
     cut_pieces_expect(&cuts->pieces, cell, count);
     cut_lattice_remove(&cuts->lattice, cell, count);
     const bool came = cut_pieces_remove(&cuts->pieces, cell, count);
+    cut_account_follow(&cuts->account, came);
     const bool changed = cut_body_follow(cuts, body, false, came, change);
     weigh(cuts, body);
     outcome->verdict = CUT_DONE;
