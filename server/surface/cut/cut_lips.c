@@ -9,12 +9,13 @@
 
 #define LEAST_SLOPE                                                                                \
     0.2 // sine between face and sheet: a blade in the surface has no direction there
-#define BEYOND      1.0  // [h] the sheet of a command is continued so far
-#define ALIKE       0.8  // cosine between normals of one sheet
-#define EVENLY      0.25 // of the way to between the path's neighbours of a vertex
-#define BORDER_MOST 0.6  // of an edge of the border that a vertex may go along it
-#define BEHIND      0.06 // [h] of the base of a tooth behind the sheet
-#define SHARES_MOST 4.0  // of a face's edges; more only in slivers
+#define BEYOND       1.0    // [h] the sheet of a command is continued so far
+#define ALIKE        0.8    // cosine between normals of one sheet
+#define EVENLY       0.25   // of the way to between the path's neighbours of a vertex
+#define BORDER_MOST  0.6    // of an edge of the border that a vertex may go along it
+#define BEHIND       0.08   // [h] of the base of a tooth behind the sheet
+#define WEIGHT_LEAST (-2.0) // of a crossing in its face
+#define SHARES_MOST  4.0    // of a face's edges; more only in slivers
 
 // ---------------------------------------------------------------------------------------------
 // Crossings
@@ -146,7 +147,7 @@ void cut_lips_whole(const CutFinder *finder, const CutTissue *tissue, const Blad
                 best = point;
                 in = face[s];
             }
-        if (in >= 0 && least_weight(&best) > -1.0)
+        if (in >= 0 && least_weight(&best) > WEIGHT_LEAST)
             write_crossing(level, tissue, rest, in, &best, &crossing[e]);
     }
 }

@@ -141,7 +141,7 @@ static bool try_cut(CutModel *model, LipCase kind, uint64_t *seed, Quality *qual
         if (kind == STROKE_MOVING)
             motion = (Motion){vec3_scale(0.8, blade_direction(seed)),
                               vec3_scale(0.03, blade_direction(seed))};
-        if (stroke(model, blade.edge, 50 + random_below(seed, 400), &motion) == 0)
+        if (stroke(model, blade.edge, 40 + random_below(seed, 60), &motion) == 0)
             return false;
     }
     FREED bool *on_path = calloc((size_t)model->vertices, sizeof *on_path);
@@ -165,7 +165,7 @@ TEST(lips_lie_on_the_sheet_of_the_blade)
             Quality sum = {0};
             double worst = 0.0;
             int cuts = 0;
-            for (int trial = 0; trial < EFFORT(40); trial++) {
+            for (int trial = 0; trial < TRIALS(40, 200); trial++) {
                 Quality quality;
                 if (!try_cut(&model, (LipCase)kind, &seed, &quality))
                     continue;
