@@ -155,6 +155,24 @@ static bool try_cut(CutModel *model, LipCase kind, uint64_t *seed, Quality *qual
     return true;
 }
 
+// Of all cuts of a shape in one case.
+static void expect_smooth(CutShape shape, LipCase kind, const Quality *sum)
+{
+    const bool bent = kind == MESSAGE_BENT || kind == STROKE_BENT;
+    // A lip is on the sheet at rest and deforms with a face. Tissue is bent here by up to a radian
+    // within ten edges, and what one face says of the next is of second order in h. The base of a
+    // tooth of a stroke is 0.08 h behind.
+    expect_at_most(sum->rms, bent ? 0.08 : 0.05);
+    // The largest: where the blade grazes edges of 1 : 2, or a mesh of 258 nodes.
+    expect_at_most(sum->largest, bent ? 0.5 : 0.25);
+    // The path itself is not as good.
+    assert_true(sum->path > 0.2);
+    // Where a cut takes off the end of a mesh of 258 nodes, two of its three or four nodes may be
+    // shown in one place.
+    if (!bent)
+        expect_at_most(sum->flaps, shape == CUT_GALLBLADDER ? 0.01 * sum->lips : 0.0);
+}
+
 TEST(lips_lie_on_the_sheet_of_the_blade)
 {
     for (int shape = 0; shape < CUT_ORGANS; shape++) {
@@ -165,7 +183,7 @@ TEST(lips_lie_on_the_sheet_of_the_blade)
             Quality sum = {0};
             double worst = 0.0;
             int cuts = 0;
-            for (int trial = 0; trial < TRIALS(40, 200); trial++) {
+            for (int trial = 0; trial < TRIALS(8, 200); trial++) {
                 Quality quality;
                 if (!try_cut(&model, (LipCase)kind, &seed, &quality))
                     continue;
@@ -178,11 +196,14 @@ TEST(lips_lie_on_the_sheet_of_the_blade)
                 sum.across += quality.across;
                 worst = fmax(worst, quality.rms);
             }
+            sum.rms = sqrt(sum.rms / sum.lips);
+            sum.path = sqrt(sum.path / sum.lips);
             print_message(
                 "%-12s %-15s %3d cuts %6d lips: rms %.4f (worst %.3f, path %.3f), at most "
                 "%.3f h, %d flaps, %d across\n",
-                CUT_SHAPE_NAME[shape], CASE_NAME[kind], cuts, sum.lips, sqrt(sum.rms / sum.lips),
-                worst, sqrt(sum.path / sum.lips), sum.largest, sum.flaps, sum.across);
+                CUT_SHAPE_NAME[shape], CASE_NAME[kind], cuts, sum.lips, sum.rms, worst, sum.path,
+                sum.largest, sum.flaps, sum.across);
+            expect_smooth((CutShape)shape, (LipCase)kind, &sum);
         }
     }
 }
