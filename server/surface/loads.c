@@ -26,7 +26,7 @@ static void spread(SurfaceModel *model, int node, Vec3 force, bool is_shown,
 {
     int carrier[3];
     double share[3];
-    if (is_shown && detail_lips_carriers(&model->detail->set, node, carrier, share)) {
+    if (is_shown && detail_lips_carriers(model, node, carrier, share)) {
         for (int k = 0; k < 3; k++)
             spread(model, carrier[k], vec3_scale(share[k], force), false, add, drift);
         return;

@@ -36,10 +36,12 @@ static void step(Run *run, int ticks)
     sim_ticks(run->world.sim, ticks);
 }
 
+// Where the node is; lips of cuts are shown elsewhere, and the cavity does not follow those.
 static Vec3 place(const Body *body, int node)
 {
+    const SurfaceModel *model = body->model;
     Vec3 x;
-    body->ops->read_nodes(body->model, &node, 1, &x, NULL);
+    rows_read(&model->basis, model->rows[model->current], model->slot[node], &x, NULL);
     return x;
 }
 

@@ -154,7 +154,8 @@ void detail_lips_show(const struct SurfaceModel *model, const void *rows, float 
                       float *velocity);
 void detail_lips_show_rest(const struct SurfaceModel *model, float *position);
 // Finds the nodes that carry a node that is a lip, and their shares; false: it is none.
-bool detail_lips_carriers(const LeafSet *set, int node, int carrier[3], double share[3]);
+bool detail_lips_carriers(const struct SurfaceModel *model, int node, int carrier[3],
+                          double share[3]);
 
 // --- detail_tear.c ---
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,

@@ -108,13 +108,14 @@ bool detail_lips_check(const LeafSet *set)
     return true;
 }
 
-bool detail_lips_carriers(const LeafSet *set, int node, int carrier[3], double share[3])
+bool detail_lips_carriers(const SurfaceModel *model, int node, int carrier[3], double share[3])
 {
-    if (set->cut == NULL || set->cut->lips.count == 0 || set->cut->lips.index[node] < 0)
+    const DetailCut *cut = model->detail != NULL ? model->detail->set.cut : NULL;
+    if (cut == NULL || cut->lips.count == 0 || cut->lips.index[node] < 0)
         return false;
-    const Lip *lip = &set->cut->lips.lip[set->cut->lips.index[node]];
+    const Lip *lip = &cut->lips.lip[cut->lips.index[node]];
     for (int k = 0; k < 3; k++)
-        carrier[k] = set->cut->node[lip->face][(lip->corner + k) % 3];
+        carrier[k] = cut->node[lip->face][(lip->corner + k) % 3];
     share[0] = 1.0 - lip->share[0] - lip->share[1];
     share[1] = lip->share[0];
     share[2] = lip->share[1];
@@ -126,7 +127,7 @@ void detail_lips_read(const SurfaceModel *model, const void *rows, int node, Vec
 {
     int carrier[3];
     double share[3];
-    if (!detail_lips_carriers(&model->detail->set, node, carrier, share))
+    if (!detail_lips_carriers(model, node, carrier, share))
         return;
     const Vec3 x = *position, v = velocity != NULL ? *velocity : x;
     for (int k = 1; k < 3; k++) {
@@ -169,7 +170,7 @@ void detail_lips_show_rest(const SurfaceModel *model, float *position)
         int carrier[3];
         double share[3];
         Vec3 x = {0.0, 0.0, 0.0};
-        detail_lips_carriers(set, node, carrier, share);
+        detail_lips_carriers(model, node, carrier, share);
         for (int k = 0; k < 3; k++)
             x = vec3_madd(x, share[k], rows_rest(&model->basis, model->slot[carrier[k]]));
         write(position, slot[node], x);
