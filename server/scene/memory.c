@@ -111,12 +111,17 @@ bool memory_check_voxel(const SceneBody *body, double cells, Status *status)
 {
     // Bytes per cell, found in the same way; levels save most of the inner cells. Capacities that
     // the scene sets explicitly count as they are.
-    enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, A_VERTEX = 100 };
+    enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, FIBRES = 300, A_VERTEX = 100 };
     const VoxelOptions *voxel = &body->voxel;
     if (voxel->body.cuttable && voxel->body.node_capacity > 0)
         return check("nodes (capacity)", voxel->body.node_capacity,
                      fmax(cells * LEVELED, (double)voxel->body.node_capacity * A_VERTEX), status);
     double each = voxel->body.cuttable ? CUTTABLE : voxel->body.levels == 0 ? FINE : LEVELED;
+    for (int i = 0; i < voxel->material_count && voxel->body.cuttable; i++)
+        if (body->material[i].prestress > 0.0) {
+            each += FIBRES;
+            break;
+        }
     return check("cells", cells, cells * each, status);
 }
 

@@ -339,7 +339,7 @@ CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making,
                                       vec3_scale(1.0 / length, material->prestress_axis));
         direction[m][0] = unit.x, direction[m][1] = unit.y, direction[m][2] = unit.z;
     }
-    // Room for the ends of all fibres, and for points between them.
+    // Room for the ends of all fibres and points between them; a step reads those there are.
     const int squares = faces->square_capacity - faces->outer_squares;
     *tension = (CutTension){.faces = faces,
                             .vertices = faces->vertices,
@@ -350,6 +350,7 @@ CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making,
                             .all = all,
                             .most = most,
                             .capacity = 2 * squares + faces->cell_count};
-    tension->point = ALLOCATE(ARENA_STEP, tension->capacity, TensionPoint, "fibres under tension");
+    tension->point =
+        ALLOCATE(ARENA_TOPOLOGY, tension->capacity, TensionPoint, "fibres under tension");
     return tension;
 }
