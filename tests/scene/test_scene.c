@@ -84,6 +84,9 @@ static const Line SCENE[] = {
     {"bodies.skin", NULL, ""},
     {"bodies.skin", "mesh", "mesh = \"liver.stl\";"},
     {"liver", "", "};"},
+    {"liver", "", "look = {"},
+    {"bodies.look", NULL, ""},
+    {"liver", "", "};"},
 #endif
     {"", "bodies", "} );"},
     {"", "tools", "tools = ( {"},
@@ -158,7 +161,8 @@ static bool table_is_built(const OptionTable *table)
     return with_voxel ||
            (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
             table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE &&
-            table != &BRANCH_TABLE && table != &STIFFENING_TABLE && table != &WEIGHT_TABLE);
+            table != &BRANCH_TABLE && table != &STIFFENING_TABLE && table != &WEIGHT_TABLE &&
+            table != &LOOK_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);
