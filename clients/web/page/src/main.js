@@ -201,7 +201,7 @@ function takeText(message) {
     }
 }
 
-let toolsChanged = false;
+let toolsChanged = false, shadowOld = true;
 function changed() { toolsChanged = true; }
 
 // All of a round has arrived: draw it if it is new, and request the next.
@@ -221,9 +221,11 @@ function showFigures() {
 function beforeDraw(view) {
     drawnAt = performance.now();
     toolsChanged = false;
+    if (bodies.some((body) => body.moved)) shadowOld = true;
     for (const body of bodies) body.prepare(view);
+    if (shadowOld) shadowOld = stage.ground.shade(bodies, drawnAt);
     if (!fitted && bodies.length && bodies.every((body) => body.shown)) {
-        fitted = true;
+        fitted = shadowOld = true;
         const box = boxOfAll(bodies);
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x), bodies.map((body) => body.livePoints()));
         panel.sized(stage.size);

@@ -3,9 +3,10 @@
 // gets coarser meshes and one sample a pixel; what has stood still for a moment is drawn once more, with all its triangles
 // and four samples a pixel.
 
-import { Box3, Color, GridHelper, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3,
+import { Box3, Color, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3,
     WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { Ground } from './ground.js';
 
 const BACKGROUND = 0x171b1f;
 const STILL_MS = 300;       // without a frame, before that
@@ -41,6 +42,7 @@ export class Stage {
         this.renderer.setPixelRatio(this.ratio);
         this.renderer.setClearColor(new Color(BACKGROUND));
         this.scene = new Scene();
+        this.ground = new Ground(BACKGROUND);
         this.camera = new PerspectiveCamera(34, 1, 0.001, 10);
         this.camera.up.set(0, 0, 1);
         this.camera.position.set(0.3, -0.6, 0.3);
@@ -124,7 +126,7 @@ export class Stage {
         this.points = points;
         this.flat = flat;
         this.home();
-        this.layGround(box, flat);
+        this.ground.lay(this.scene, box, this.center, this.size, flat);
     }
 
     home() {
@@ -155,23 +157,6 @@ export class Stage {
                     Math.abs(point.dot(up)) / this.free.y) / half);
             }
         return distance;
-    }
-
-    // A grid below the bodies, of 1, 2 or 5 cm, m, ..., that shows their size.
-    layGround(box, flat) {
-        if (this.ground) {
-            this.scene.remove(this.ground);
-            this.ground.geometry.dispose();
-            this.ground.material.dispose();
-        }
-        const power = 10 ** Math.floor(Math.log10(this.size / 14));
-        const cell = power * [5, 2, 1].find((times) => times * power <= this.size / 14);
-        const cells = 2 * Math.ceil(0.7 * this.size / cell);
-        const grid = new GridHelper(cells * cell, cells, 0x2c3238, 0x23292e);
-        grid.rotation.x = Math.PI / 2;
-        grid.position.set(this.center.x, this.center.y, box.min.z - (flat ? 0.05 : 0.02) * this.size);
-        this.ground = grid;
-        this.scene.add(grid);
     }
 
     /** The ray through a point of the page: {origin, direction}; valid until the next call. */
