@@ -37,6 +37,10 @@ TEST(a_tool_message_becomes_a_pose)
     expect_near(ask->pose.orientation[3], 1.0, 1e-15); // made unit: one rounding
     expect_near(ask->pose.grip, 0.25, 0.0);
     assert_true(ask->pose.active);
+    assert_true(ask->pose.time < 0.0); // not given
+    ask = asked("{\"type\":\"tool\",\"tool\":3,\"position\":[0,0,0],\"orientation\":[1,0,0,0],"
+                "\"time\":12.5,\"active\":true}");
+    expect_near(ask->pose.time, 12.5, 0.0);
 }
 
 TEST(requests_keep_their_numbers_and_bodies)
@@ -121,6 +125,7 @@ TEST(what_is_wrong_is_refused_by_name)
         {TOOL_AT "\"orientation\":[1,0,0],\"active\":true}", "orientation: expected 4"},
         {TOOL_AT "\"orientation\":[1,0,0,0],\"active\":1}", "active: expected true or false"},
         {TOOL_AT "\"orientation\":[1,0,0,0],\"grip\":2,\"active\":true}", "grip: expected"},
+        {TOOL_AT "\"orientation\":[1,0,0,0],\"time\":-1,\"active\":true}", "time: expected"},
         {"{\"type\":\"tool\",\"tool\":1e9,\"position\":[0,0,0]," TOOL_TAIL,
          "tool: expected an integer"},
         {"{\"type\":\"tool\",\"tool\":4294967297,\"position\":[0,0,0]," TOOL_TAIL,

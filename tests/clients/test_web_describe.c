@@ -3,7 +3,7 @@
 #include "texts.h"
 #include "test.h"
 
-static const char TEXT[] = "scene s: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 3 tools, 0 loads\n"
+static const char TEXT[] = "scene s: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 4 tools, 0 loads\n"
                            "body sphere: model surface, leapfrog\n"
                            "  nodes 42 (3 fixed), springs 120, faces 80, pieces 1, mass 0.1 kg\n"
                            "tool 1: probe, 2 capsules, max_force 5 N\n"
@@ -13,13 +13,16 @@ static const char TEXT[] = "scene s: 1000 Hz, gravity [0, 0, 0] m/s2, 1 bodies, 
                            "  edge [0, 0, 0] to [0, 0, 0.02] m\n"
                            "tool 4: static, 0 capsules, a plane\n"
                            "  plane [0, 0, -0.05] m, normal [0, 0, 1]\n"
+                           "tool 5: remover, by suction, 1 capsules, max_force 3.3 N\n"
+                           "  takes 100 mm3/s\n"
+                           "  mouth [0, 0, 0.001] to [0, 0, 0], radius 0.004 m\n"
                            "publish on PLIANT_...: nodes 60 Hz\n"
                            "  capsule [9, 9, 9] to [9, 9, 9], radius 9 m\n";
 
 TEST(shapes_belong_to_the_tool_above_them)
 {
     DescribedTool tool[DESCRIBE_TOOLS];
-    assert_int_equal(describe_tools(TEXT, tool), 3);
+    assert_int_equal(describe_tools(TEXT, tool), 4);
     assert_int_equal(tool[0].id, 1);
     assert_string_equal(tool[0].kind, "probe");
     expect_near(tool[0].max_force, 5.0, 0.0);
@@ -37,6 +40,12 @@ TEST(shapes_belong_to_the_tool_above_them)
     expect_near(tool[2].point[2], -0.05, 0.0);
     expect_near(tool[2].normal[2], 1.0, 0.0);
     assert_int_equal(tool[2].capsules, 0); // that line is below another
+    assert_string_equal(tool[2].removes, "");
+    assert_string_equal(tool[3].kind, "remover");
+    assert_string_equal(tool[3].removes, "suction");
+    assert_true(tool[3].has_mouth);
+    expect_near(tool[3].mouth.from[2], 0.001, 0.0);
+    expect_near(tool[3].mouth.radius, 0.004, 0.0);
 }
 
 TEST(what_is_no_number_or_too_much_is_left_out)

@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from '../../clients/web/page/src/detail.js';
-import { addNormals, isClosed, markInner } from '../../clients/web/page/src/normals.js';
+import { addLitNormals, addNormals, findMates, isClosed, joinNormals, markInner, seamEdges } from '../../clients/web/page/src/normals.js';
 import { icoSphere } from './mock.mjs';
 
 const RADIUS = 0.05;
@@ -111,4 +111,54 @@ test('inner_walls_are_found_whole_and_cut', () => {
         markInner(index, index.length, origin, position, mark);
         for (let i = 0; i < index.length; i++) assert.equal(mark[index[i]], i < coarse.triangle.length ? 0 : 1);
     }
+});
+
+// The light in each node of a mesh.
+function lit({ triangle, position }, reach) {
+    const normal = position.slice(), bend = position.slice();
+    addLitNormals(triangle, triangle.length, position, normal, bend, reach);
+    return Array.from({ length: position.length / 3 }, (_, i) => Math.hypot(...normal.subarray(3 * i, 3 * i + 3)));
+}
+
+test('a_fold_gets_the_light_that_its_curvature_leaves_and_what_bulges_gets_all', () => {
+    for (const light of lit(fine, RADIUS / 2)) assert(Math.abs(light - 1) < 1e-6); // single precision
+    const inside = { position: fine.position, triangle: fine.triangle.slice() };
+    for (let i = 0; i < inside.triangle.length; i += 3)
+        [inside.triangle[i], inside.triangle[i + 1]] = [inside.triangle[i + 1], inside.triangle[i]];
+    for (const reach of [0.1, 0.5, 1]) {
+        const fold = Math.max(reach - 0.05, 0), left = 1 - 0.7 * fold / (fold + 0.5);
+        // Triangles are not equilateral: the formula is off by their shapes, and so is the light by a part of that.
+        for (const light of lit(inside, reach * RADIUS))
+            assert(Math.abs(light - left) < 0.05, `${light} for ${left} where the radius is ${1 / reach} of the reach`);
+    }
+});
+
+// A plate of two squares, cut between them: its upper side, and the two walls of the cut below the line.
+const plate = {
+    n: 10, triangle: [0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7, 10, 11, 8, 10, 12, 9], twin: [1, 2, 4], outer: 12,
+    id: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9], origin: [0, 1, 2, 3, 1, 5, 6, 2, 8, 9],
+};
+
+test('the_line_of_a_cut_is_where_walls_meet_the_surface_and_its_sides_are_mates', () => {
+    const { n, triangle, twin, outer, id, origin } = plate;
+    const edges = seamEdges(Uint32Array.from(triangle), triangle.length, outer, n, twin);
+    assert.deepEqual([...edges], [1, 2]);
+    assert.equal(seamEdges(Uint32Array.from(triangle), outer, 0, n, []).length, 0, 'nothing is known of walls');
+    const surface = Uint8Array.from(id, (i) => (i < 8 ? 1 : 0));
+    assert.deepEqual([...findMates(Int32Array.from(id), Int32Array.from(origin), surface)], [1, 4, 2, 7]);
+});
+
+test('normals_are_joined_across_a_closed_cut_and_not_across_an_open_one', () => {
+    const pairs = [0, 1], slanted = [0, 0, 1, 0.6, 0, 0.8];
+    const joined = (gap) => {
+        const normal = new Float32Array(slanted);
+        joinNormals(pairs, new Float32Array([0, 0, 0, gap, 0, 0]), normal, 0.01);
+        return [...normal];
+    };
+    const [ax, ay, az, bx, by, bz] = joined(0);
+    assert(Math.hypot(ax - bx, ay - by, az - bz) < 1e-6 && Math.abs(Math.hypot(ax, ay, az) - 1) < 1e-6);
+    assert.deepEqual(joined(0.02), [...new Float32Array(slanted)]);
+    const opposite = new Float32Array([0, 0, 1, 0, 0, -1]); // no mean: but nothing that is no number
+    joinNormals(pairs, new Float32Array(6), opposite, 0.01);
+    assert(opposite.every(Number.isFinite));
 });

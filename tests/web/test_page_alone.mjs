@@ -402,6 +402,77 @@ test('a_grasp_that_slips_and_a_stroke_of_a_blade_say_what_came_of_them', options
     await page.keyboard.press('1');
 });
 
+test('a_stroke_says_all_that_was_cut_and_why_not_more', options, async () => {
+    const blade = { id: 4, kind: 'blade', edge: [[0, 0, 0], [0, 0, 0.03]] };
+    const event = (kind, text) => session.text({ type: 'event', kind, text, body: 'ball', step: 1, utime: 1 });
+    await open({ what: { ...SCENE, tools: [blade] } });
+    const m = await middle(page);
+    await page.keyboard.press('3');
+    await drag(m, PULL);
+    event('jump', 'tool 4: ignored a pose 0.1 m away: no hand is so fast'); // one of many: no matter
+    event('stopped', 'for 0.300 s: these ticks are skipped, all tools withdrawn');
+    event('cut', "tool 4, stroke ended: body 'ball': 7 links severed");
+    await page.mouse.up();
+    event('cut', "tool 4, stroke ended: body 'other': 2 links severed");
+    const says = "Cut: body 'ball': 7 links severed; body 'other': 2 links severed. Not on all of the way: " +
+        'the server stood still for 0.300 s: these ticks are skipped, all tools withdrawn';
+    await until('both bodies, and the gap', async () => (await hint()) === says);
+    await page.keyboard.press('1');
+});
+
+test('a_blade_of_a_page_that_stalls_is_sent_along_the_pointers_whole_way', options, async () => {
+    const blade = { id: 4, kind: 'blade', edge: [[0, 0, 0], [0, 0, 0.03]] };
+    await open({ what: { ...SCENE, tools: [blade] } });
+    const m = await middle(page);
+    await page.keyboard.press('3');
+    await page.mouse.move(m.x - 100, m.y);
+    await page.mouse.down();
+    session.got.length = 0;
+    // Busy while the pointer goes along a corner.
+    const busy = page.evaluate(() => { for (const end = performance.now() + 400; performance.now() < end;); });
+    const moves = [];
+    for (let i = 1; i <= 20; i++) {
+        await new Promise((resolve) => setTimeout(resolve, 15)); // a hand's pace: events have times
+        moves.push(page.mouse.move(m.x - 100 + 10 * Math.min(i, 10), m.y - 10 * Math.max(i - 10, 0)));
+    }
+    await Promise.all([busy, ...moves]);
+    await page.mouse.up();
+    const poses = await until('it is withdrawn', () => {
+        const list = session.got.filter(({ type, tool }) => type === 'tool' && tool === 4);
+        return list.length && !list.at(-1).active ? list : null;
+    });
+    // Where the poses are on the picture.
+    const way = await page.evaluate((list) => list.map((place) => {
+        const { stage } = pliant, point = stage.center.clone().fromArray(place), out = stage.center.clone();
+        stage.onScreen(point, out);
+        const { left, top } = stage.canvas.getBoundingClientRect();
+        return { x: out.x + left, y: out.y + top };
+    }), poses.map(({ position }) => position));
+    const nearest = (x, y) => Math.min(...way.map((p) => Math.hypot(p.x - x, p.y - y)));
+    // The tip is below the surface and not on the pointer's line of sight: a few pixels.
+    assert(nearest(m.x, m.y) < 16, `the corner was left out: ${nearest(m.x, m.y)} pixels`);
+    assert(nearest(m.x, m.y - 100) < 16, 'the end was left out');
+    assert(poses.every(({ time }, i) => i === 0 || time >= poses[i - 1].time), 'times grow');
+    await page.keyboard.press('1');
+});
+
+test('a_drag_with_a_remover_holds_its_pedal_down', options, async () => {
+    const remover = { id: 9, kind: 'remover', removes_by: 'suction', mouth: { from: [0, 0, 0], to: [0, 0, 0], radius: 0.004 } };
+    await open({ what: SCENE });
+    assert.equal(await page.locator('#remove-mode').isVisible(), false, 'there is none');
+    await open({ what: { ...SCENE, tools: [PROBE, remover] } });
+    const m = await middle(page);
+    await page.keyboard.press('5');
+    assert.equal(await page.locator('#tool').inputValue(), '9');
+    await drag(m, 20);
+    await until('it is told', async () => /^remover 9 takes tissue away \(suction\)/.test(await hint()));
+    const { grip, active } = session.got.filter(({ type }) => type === 'tool').at(-1);
+    assert.deepEqual({ grip, active }, { grip: 1, active: true });
+    await page.mouse.up();
+    await until('the pedal is up', () => session.got.at(-1).grip === 0 && !session.got.at(-1).active);
+    await page.keyboard.press('1');
+});
+
 test('no_daemon_is_said_to_be_gone_that_was_not_there', options, async () => {
     const link = (daemon) => session.text({ type: 'link', daemon, age: 0 });
     scene = { type: 'something else' };

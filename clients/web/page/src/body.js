@@ -6,9 +6,9 @@ import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSid
     LineSegments, Mesh, Points, PointsMaterial } from 'three';
 import { colourOf, Colours } from './colours.js';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
-import { addLitNormals, addNormals, boxOf, isClosed, markInner } from './normals.js';
+import { addLitNormals, addNormals, boxOf, findMates, isClosed, joinNormals, markInner, seamEdges } from './normals.js';
 import { RestShape } from './rest_shape.js';
-import { findMates, joinNormals, Seam } from './seam.js';
+import { Seam } from './seam.js';
 import { AT_CUT, KIND, colourTissue, tissueMaterial } from './tissue.js';
 
 const FOLD = 0.04;     // of its size: a fold with this radius of curvature is in shade
@@ -266,7 +266,7 @@ export class Body {
         attributes.rest.needsUpdate = attributes.restNormal.needsUpdate = attributes.uv.needsUpdate = true;
         const textured = this.restShape.textured;
         if (anew || !this.dressed || this.textured !== textured) this.dress(textured);
-        this.seam.take(this.index, this.m, this.outer, this.n, this.twin, this.size());
+        this.seam.take(seamEdges(this.index, this.m, this.outer, this.n, this.twin), this.size());
         const { material } = this.surface;
         this.edge = meanEdge(this.index, this.m, this.rest);
         material.uniforms.sink.value = SINK * this.edge;

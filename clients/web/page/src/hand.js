@@ -10,6 +10,7 @@ import { lengthText } from './units.js';
 import { Pose, hold, turnHeld } from './pose.js';
 
 const TICK = 10, REPEAT = 40;     // [ms]
+const NEXT = 4;                   // [css pixels] between places of the pointer at one time
 const SLOWEST_TICK = 100;         // [ms] that count of a longer time between two
 const APART = 0.03;               // of the scene's size: from where a tool approaches
 const LONG = 0.5;                 // of the scene's size: the edge of a blade that can go through all of it
@@ -232,8 +233,10 @@ export class Hand {
     // While the page was busy the browser has kept the pointer's way: a blade cuts along all of it.
     move(event) {
         if (this.drag?.pointer !== event.pointerId) return;
+        const { drag } = this;
         for (const one of event.getCoalescedEvents?.() ?? [])
-            if (one.timeStamp >= this.drag.followed + TICK) this.follow(one);
+            if (one.timeStamp >= drag.followed + TICK || Math.hypot(one.clientX - drag.x, one.clientY - drag.y) >= NEXT)
+                this.follow(one);
         this.follow(event);
     }
 

@@ -163,3 +163,58 @@ export function markInner(index, m, origin, position, mark) {
         mark[i] = v < 0 && -v < largest ? 1 : 0;
     }
 }
+
+/**
+ * The edges [..][2] where walls of cuts meet the surface, each cut's on either side. `index` [m]: triangles, from `outer` on
+ * those of walls (0: none), whose nodes from n on are copies: `twin`[node - n] is the node of the surface at the same place.
+ */
+export function seamEdges(index, m, outer, n, twin) {
+    if (outer === 0 || twin.length === 0) return new Uint32Array(0);
+    const node = (i) => (i < n ? i : twin[i - n]), walls = new Set(), edges = [];
+    const sides = (from, to, take) => {
+        for (let i = from; i < to; i += 3)
+            for (let k = 0; k < 3; k++) {
+                const a = node(index[i + k]), b = node(index[i + (k + 1) % 3]);
+                take(a, b, Math.min(a, b) * n + Math.max(a, b));
+            }
+    };
+    sides(outer, m, (a, b, key) => walls.add(key));
+    sides(0, outer, (a, b, key) => { if (walls.has(key)) edges.push(a, b); });
+    return Uint32Array.from(edges);
+}
+
+/** Pairs of nodes of the surface (`surface` [n]: 1) that a cut parted: those that were split from one. */
+export function findMates(id, origin, surface) {
+    const first = new Map(), pairs = [];
+    for (let i = 0; i < id.length; i++) {
+        if (id[i] < 0 || !surface[i]) continue;
+        const mate = first.get(origin[i]);
+        if (mate === undefined) first.set(origin[i], i);
+        else pairs.push(mate, i);
+    }
+    return Uint32Array.from(pairs);
+}
+
+/**
+ * Where a cut is closed the surface is shaded as if it were whole: normals of addLitNormals become alike on both sides, the
+ * less the farther they are apart, up to `near` [m].
+ */
+export function joinNormals(pairs, position, normal, near) {
+    const length = (a) => Math.hypot(normal[a], normal[a + 1], normal[a + 2]);
+    for (let k = 0; k < pairs.length; k += 2) {
+        const a = 3 * pairs[k], b = 3 * pairs[k + 1];
+        const gap = Math.hypot(position[a] - position[b], position[a + 1] - position[b + 1], position[a + 2] - position[b + 2]);
+        const weight = 0.5 * (1 - gap / near), la = length(a), lb = length(b);
+        if (weight <= 0) continue;
+        for (let c = 0; c < 3; c++) {
+            const way = weight * (normal[b + c] - normal[a + c]);
+            normal[a + c] += way;
+            normal[b + c] -= way;
+        }
+        // As long as before: that is light.
+        for (const [at, mine, other] of [[a, la, lb], [b, lb, la]]) {
+            const scale = (mine + weight * (other - mine)) / Math.max(length(at), 1e-9);
+            for (let c = 0; c < 3; c++) normal[at + c] *= scale;
+        }
+    }
+}

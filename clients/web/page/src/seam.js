@@ -42,38 +42,6 @@ void main() {
     gl_FragColor = vec4(colour, max(line, abs(vBeyond) > 1.0 ? 0.0 : 0.45 * (1.0 - a)));
 }`;
 
-/**
- * Pairs of nodes that a cut parted, both of the surface: nodes of `slots` [n] that were split from one (`origin`, `id`).
- */
-export function findMates(id, origin, slots) {
-    const first = new Map(), pairs = [];
-    for (let i = 0; i < id.length; i++) {
-        if (id[i] < 0 || !slots[i]) continue;
-        const mate = first.get(origin[i]);
-        if (mate === undefined) first.set(origin[i], i);
-        else pairs.push(mate, i);
-    }
-    return Uint32Array.from(pairs);
-}
-
-/** Where a cut is closed the surface is shaded as if it were whole; `near` [m]: a gap that ends that. */
-export function joinNormals(pairs, position, normal, near) {
-    const own = [0, 0, 0];
-    for (let k = 0; k < pairs.length; k += 2) {
-        const a = 3 * pairs[k], b = 3 * pairs[k + 1];
-        const gap = Math.hypot(position[a] - position[b], position[a + 1] - position[b + 1], position[a + 2] - position[b + 2]);
-        const weight = 1 - gap / near;
-        if (weight <= 0) continue;
-        for (let c = 0; c < 3; c++) {
-            own[c] = normal[a + c];
-            normal[a + c] = blend(normal[a + c], normal[b + c], weight);
-            normal[b + c] = blend(normal[b + c], own[c], weight);
-        }
-    }
-}
-
-const blend = (mine, yours, weight) => mine + 0.5 * weight * (yours - mine);
-
 export class Seam {
     constructor() {
         this.edges = new Uint32Array(0);
@@ -90,23 +58,9 @@ export class Seam {
         };
     }
 
-    /**
-     * `index` [m]: triangles, from `outer` on those of walls (0: none), whose nodes from n on are copies: `twin`[node - n] is
-     * the node of the surface at the same place.
-     */
-    take(index, m, outer, n, twin, size) {
-        const count = n + twin.length, key = (a, b) => Math.min(a, b) * count + Math.max(a, b);
-        const node = (i) => (i < n ? i : twin[i - n]);
-        const walls = new Set(), edges = [];
-        const sides = (from, to, take) => {
-            for (let i = from; i < to; i += 3)
-                for (let k = 0; k < 3; k++) take(node(index[i + k]), node(index[i + (k + 1) % 3]));
-        };
-        if (outer > 0 && twin.length > 0) {
-            sides(outer, m, (a, b) => walls.add(key(a, b)));
-            sides(0, outer, (a, b) => { if (walls.has(key(a, b))) edges.push(a, b); });
-        }
-        this.edges = Uint32Array.from(edges);
+    /** `edges` [..][2]: as seamEdges() finds them. */
+    take(edges, size) {
+        this.edges = edges;
         this.placed = false;
         this.mesh.visible = edges.length > 0;
         this.mesh.material.uniforms.wide.value = WIDE * size;
