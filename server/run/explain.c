@@ -319,7 +319,7 @@ static void print_tool(const ToolOptions *tool, FILE *out)
                 "  grip stiffness %.6g of 100 times the body's (of the body's with rk4 and "
                 "implicit), damping ratio %.6g\n",
                 tool->grip_stiffness, tool->grip_damping);
-    if (tool->removes == REMOVER_SUCTION)
+    if (tool->removes != REMOVER_NONE && tool->rate_mm3_s > 0.0)
         fprintf(out, "  takes %.6g mm3/s\n", tool->rate_mm3_s);
     if (tool->removes == REMOVER_DIATHERMY)
         fprintf(out, "  heats with %.6g W\n", tool->power);

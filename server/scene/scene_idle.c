@@ -170,6 +170,14 @@ static bool touches_nothing(const OptionPlace *place)
     return !touches(place->tool);
 }
 
+static bool can_take_nothing(const OptionPlace *place)
+{
+    for (int i = 0; i < place->scene->body_count; i++)
+        if (place->scene->body[i].options.cuttable && place->scene->body[i].model != MODEL_PLANE)
+            return false;
+    return true;
+}
+
 const OptionIdle IDLE_MOVES_NO_TOOL = {moves_no_tool, "no tool is moved by messages"};
 const OptionIdle IDLE_HAS_NO_INSIDE = {shows_all_anyhow, "no body has an inside"};
 const OptionIdle IDLE_PUBLISHES_NO_NODES = {publishes_no_nodes, "nodes_hz is 0"};
@@ -199,6 +207,7 @@ const OptionIdle IDLE_LABELS_HAVE_PRESTRESS = {labels_have_prestress,
                                                "materials give it for each label"};
 const OptionIdle IDLE_LABELS_HAVE_AXIS = {labels_have_axis, "materials give it for each label"};
 const OptionIdle IDLE_HAS_NO_PRESTRESS = {has_no_prestress, "prestress is 0"};
+const OptionIdle IDLE_CAN_TAKE_NOTHING = {can_take_nothing, "no body is cuttable"};
 const OptionIdle IDLE_TOUCHES_NOTHING = {touches_nothing, "it has no capsules"};
 
 static void add(Scene *scene, const config_setting_t *at, const char *key, const char *why)

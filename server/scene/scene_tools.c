@@ -87,7 +87,7 @@ static const Option TOOL_OPTIONS[] = {
      .feature = {.name = "blades", has_blade, "kind = \"blade\" in tools"},
      .about = "The two ends of a blade's edge, in its frame: ([x, y, z], [x, y, z])."},
     {"removes_by", OPTION_WORD, AT(tool.removes), "", .words = REMOVER_WORDS,
-     .preset_text = "required of a remover", .physics = true,
+     .preset_text = "required of a remover", .physics = true, .idle = {&IDLE_CAN_TAKE_NOTHING},
      .feature = {.name = "removers", has_remover, "kind = \"remover\" in tools"},
      .about =
          "Suction: takes what is in its mouth, the nearest first, at a rate. Drill: takes what "
@@ -97,7 +97,10 @@ static const Option TOOL_OPTIONS[] = {
      .about = "Where a remover takes tissue, as one of `capsules`: the mouth of a tube, a burr, an "
               "electrode."},
     {"rate_mm3_s", OPTION_REAL, AT(tool.rate_mm3_s), "mm3/s", 0.0, 1e6, .open = true,
-     .preset = 100.0, .physics = true, .about = "Volume that suction takes; of walls, as if they were 1 mm thick."},
+     .preset = 100.0, .preset_text = "100 of suction, of a drill no limit", .physics = true,
+     .about =
+         "Volume that suction takes, or that a drill takes at most, of walls as if they were 1 mm "
+         "thick: a hand that goes faster feels what is left."},
     {"power", OPTION_REAL, AT(tool.power), "W", 0.0, 1e3, .open = true, .preset = 30.0,
      .physics = true, .about = "Heat that diathermy gives to tissue."},
 };
@@ -169,13 +172,15 @@ static bool read_edge(const SceneReader *reader, const config_setting_t *group,
 static bool read_mouth(const SceneReader *reader, const config_setting_t *group,
                        const config_setting_t *mouth, ToolOptions *tool)
 {
+    enum { SUCTION = 1 << REMOVER_SUCTION, DRILL = 1 << REMOVER_DRILL };
+    enum { DIATHERMY = 1 << REMOVER_DIATHERMY, EACH = SUCTION | DRILL | DIATHERMY };
     static const struct {
         const char *key;
-        RemoverKind of; // REMOVER_NONE: of each
-    } KEYS[] = {{"removes_by", REMOVER_NONE},
-                {"mouth", REMOVER_NONE},
-                {"rate_mm3_s", REMOVER_SUCTION},
-                {"power", REMOVER_DIATHERMY}};
+        unsigned of;
+    } KEYS[] = {{"removes_by", EACH},
+                {"mouth", EACH},
+                {"rate_mm3_s", SUCTION | DRILL},
+                {"power", DIATHERMY}};
     const OptionSource *source = &reader->source;
     const bool removes = tool->kind == TOOL_REMOVER;
     // Keys of other kinds of tools, and of other removers.
@@ -183,11 +188,9 @@ static bool read_mouth(const SceneReader *reader, const config_setting_t *group,
         const config_setting_t *at = option_find(group, KEYS[i].key);
         if (at != NULL && !removes)
             return option_fail(source, at, "%s means something for a remover only", KEYS[i].key);
-        if (at != NULL && KEYS[i].of != REMOVER_NONE && tool->removes != KEYS[i].of &&
-            tool->removes != REMOVER_NONE)
-            return option_fail(source, at, "%s means nothing for a remover by %s, only for %s",
-                               KEYS[i].key, scene_remover_name(tool->removes),
-                               scene_remover_name(KEYS[i].of));
+        if (at != NULL && tool->removes != REMOVER_NONE && !(KEYS[i].of >> tool->removes & 1))
+            return option_fail(source, at, "%s means nothing for a remover by %s", KEYS[i].key,
+                               scene_remover_name(tool->removes));
     }
     if (!removes)
         return true;
@@ -202,6 +205,8 @@ static bool read_mouth(const SceneReader *reader, const config_setting_t *group,
         return false;
     if (!option_given(mouth, "to"))
         tool->mouth.to = tool->mouth.from;
+    if (tool->removes != REMOVER_SUCTION && !option_given(group, "rate_mm3_s"))
+        tool->rate_mm3_s = 0.0; // no limit
     if (tool->removes != REMOVER_DRILL)
         return true;
     // A burr pushes, too.

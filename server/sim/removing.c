@@ -178,7 +178,7 @@ static void take(Sim *sim, int k)
     const int t = sim->removing->tool[k];
     const ToolOptions *tool = &sim->tool[t];
     Remover *remover = &sim->removing->remover[k];
-    const bool sucks = tool->removes == REMOVER_SUCTION;
+    const bool sucks = tool->rate_mm3_s > 0.0; // or drills at a rate
     const double credit = sucks ? remover->credit + 1e-9 * tool->rate_mm3_s * sim->tick : 0.0;
     Work work = {.removal = {.kind = tool->removes,
                              .mouth = mouth_now(sim, t),

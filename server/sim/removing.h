@@ -8,7 +8,7 @@
 // A remover; plain data, part of the state.
 typedef struct Remover {
     int64_t on;    // 0 or 1: its pedal is down
-    double credit; // of suction: volume that may still be taken, always less than a cell's [m3]
+    double credit; // of a rate: volume that may still be taken [m3]
 } Remover;
 
 // What a remover took from one body since its pedal went down; plain data, part of the state.

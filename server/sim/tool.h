@@ -41,7 +41,7 @@ typedef struct ToolOptions {
     Vec3 edge[2]; // of blades: the ends, in the tool frame [m]
     RemoverKind removes;
     Capsule mouth;     // of removers: mouth, burr or electrode; a burr is also the last capsule
-    double rate_mm3_s; // of suction
+    double rate_mm3_s; // of suction and drills; 0: no limit
     double power;      // of diathermy [W]
     double max_force;  // [N], of tools moved by poses: the proxy yields beyond it; > 0
     bool has_friction;

@@ -616,6 +616,16 @@ const KeyRow KEY_ROWS[] = {
      .also = {{BODY, "cuttable = true;"}}},
 #define TAKING(by, mouth)                                                                          \
     "tools = ( " TOOL("5", "remover", "removes_by = \"" by "\"; mouth = { " mouth " };") " );"
+#define TAKEN(by, more)                                                                            \
+    "tools = ( " TOOL("5", "remover",                                                              \
+                      "removes_by = \"" by "\"; mouth = { radius = 0.02; };" more) " );"
+    {MOVES(TOOL, removes_by, V, TOOLS, TAKEN("suction", ""), TAKEN("drill", "")),
+     .also = {{BODY, "cuttable = true;"}}},
+    {MOVES(TOOL, mouth, V, TOOLS, TAKEN("drill", ""), TAKING("drill", "radius = 0.03;")),
+     .also = {{BODY, "cuttable = true;"}}},
+    {MOVES(TOOL, rate_mm3_s, V, TOOLS, TAKEN("suction", "rate_mm3_s = 1e5;"),
+           TAKEN("suction", "rate_mm3_s = 9e5;")),
+     .also = {{BODY, "cuttable = true;"}}},
     {REFUSES_FROM(TOOL, removes_by, ALL, TOOLS, TAKING("suction", "radius = 0.02;"),
                   "tools = ( " TOOL("5", "remover", "mouth = { radius = 0.02; };") " );",
                   "does not say how it removes tissue")},
@@ -624,9 +634,9 @@ const KeyRow KEY_ROWS[] = {
                   "remover 5 has no mouth")},
     {REFUSES_FROM(TOOL, rate_mm3_s, ALL, TOOLS, TAKING("drill", "radius = 0.02;"),
                   "tools = ( " TOOL("5", "remover",
-                                    "removes_by = \"drill\"; rate_mm3_s = 5; mouth "
+                                    "removes_by = \"diathermy\"; rate_mm3_s = 5; mouth "
                                     "= { radius = 0.02; };") " );",
-                  "rate_mm3_s means nothing for a remover by drill, only for suction")},
+                  "rate_mm3_s means nothing for a remover by diathermy")},
     {MOVES(TOOL, power, V, TOOLS, BURNING("30"), BURNING("60")),
      .also = {{BODY, "cuttable = true;"}}},
     {REFUSES_FROM(TOOL, power, ALL, TOOLS, PROBE(""), PROBE("power = 5;"),

@@ -11,15 +11,16 @@
 #include <sys/stat.h>
 
 const SessionScene session_scenes[SESSION_SCENES] = {
-    {"levels", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
+    {"levels", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false, 0},
     {"cuts",
      2,
      {{"block", {0.0, 0.0, 0.0}, 0.02}, {"ball", {0.1, 0.0, 0.0}, 0.03}},
      true,
      true,
-     false},
-    {"disc", 1, {{"disc", {0.0, 0.0, 0.0}, 0.05}}, true, false, true},
-    {"graded", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false},
+     false,
+     0},
+    {"disc", 1, {{"disc", {0.0, 0.0, 0.0}, 0.05}}, true, false, true, 0},
+    {"graded", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 0},
     {"steps",
      3,
      {{"stiff", {0.0, 0.0, 0.0}, 0.03},
@@ -27,27 +28,32 @@ const SessionScene session_scenes[SESSION_SCENES] = {
       {"solid", {0.0, 0.0, 0.0}, 0.025}},
      false,
      true,
-     false},
-    {"choi2005", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false},
+     false,
+     0},
+    {"choi2005", 1, {{"ball", {0.0, 0.0, 0.0}, 0.05}}, false, true, false, 0},
     {"damped",
      2,
      {{"organ", {0.0, 0.0, 0.0}, 0.03}, {"free", {0.1, 0.0, 0.0}, 0.02}},
      true,
      true,
-     false},
-    {"fitted", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false},
+     false,
+     0},
+    {"fitted", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 0},
+    {"removed", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 2},
     {"touching",
      2,
      {{"bed", {0.0, 0.0, 0.0}, 0.02}, {"gall", {0.0, 0.0, 0.027}, 0.015}},
      true,
      true,
-     false},
+     false,
+     0},
     {"balloon",
      2,
      {{"gas", {0.0, 0.0, 0.0}, 0.03}, {"fluid", {0.1, 0.0, 0.0}, 0.03}},
      true,
      true,
-     false},
+     false,
+     0},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)
@@ -265,7 +271,7 @@ Session session_create(const SessionScene *scene, uint64_t seed, int ticks)
     Session session = {.ticks = ticks};
     Draw draw = {.session = &session,
                  .scene = scene,
-                 .random = seed * UINT64_C(0x9E3779B97F4A7C15) + 1,
+                 .random = (seed + scene->more) * UINT64_C(0x9E3779B97F4A7C15) + 1,
                  .sender = (int32_t)(seed % 1000000) + 1000000};
     Hand hand[3] = {{.tool = 1}, {.tool = 2}, {.tool = 3}};
     const bool has[3] = {true, scene->blade, scene->grasper};

@@ -21,11 +21,12 @@ typedef struct SessionScene {
     const char *name; // of the file in scenes/
     int targets;
     Target target[TARGETS_MOST];
-    bool blade, grasper; // has tool 2, tool 3; all have tool 1, a probe
+    bool blade, grasper; // has tool 2, tool 3 (or a remover); all have tool 1, a probe
     bool flat;           // in the plane z = 0
+    uint64_t more;       // added to its seeds
 } SessionScene;
 
-enum { SESSION_SCENES = 10 };
+enum { SESSION_SCENES = 11 };
 extern const SessionScene session_scenes[SESSION_SCENES];
 
 // The scene with its precision and number of threads in the scratch folder; its path.

@@ -442,8 +442,8 @@ int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node,
     int found = 0;
     for (int slot = 0; slot < *faces->slot_count; slot++) {
         const int i = faces->slot_vertex[slot];
-        // Vertices inside of the body have no faces.
-        if ((faces->all && faces->start[i] == faces->end[i]) ||
+        // Vertices inside of the body have no faces, nor have those without an element.
+        if (faces->start[i] == faces->end[i] ||
             !region_contains(&test, rows_local(&vertices->rows, vertices->present, i)))
             continue;
         if (found < capacity)

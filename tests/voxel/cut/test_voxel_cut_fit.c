@@ -511,7 +511,7 @@ TEST(a_burr_leaves_a_smooth_hole)
             fit->is_outer[cut_parts_index(it.world.cuts->lattice.scratch, point)])
             continue;
         const double off =
-            (vec3_length(vec3_sub(node_of(&it, i), at)) - radius - 0.5 * size) / size;
+            (vec3_length(vec3_sub(node_of(&it, i), at)) - radius - 0.87 * size) / size;
         square += off * off;
         most = fmax(most, fabs(off));
         count++;
