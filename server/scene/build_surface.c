@@ -214,6 +214,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     ok = ok && read_initial(described, mesh, surface.hierarchy, &position, &velocity, status);
     build_complete(&surface.body, world, scene, options);
     surface.body.name = described->name;
+    surface.heats = scene_heats(scene);
     surface.body.initial_position = position;
     surface.body.initial_velocity = velocity;
     ok = ok && build_look(world, described, NULL, &look, status);

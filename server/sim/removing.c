@@ -93,12 +93,16 @@ static void report_taken(Sim *sim, int b, int k)
 {
     Taking *taking = &sim->removing->taking[b][k];
     const int id = sim->tool[sim->removing->tool[k]].id;
+    const bool solid = sim->body[b].surface.solid; // else a wall: its coagulated area
     if (taking->heat > 0.0)
         sim_report(sim, b, "remove",
-                   "tool %d: %.4g J heated body '%s', %lld cells removed, %.4g mm3, %.4g g; "
-                   "%.4g mm3 are coagulated",
+                   "tool %d: %.4g J heated body '%s', %lld %s removed, %.4g %s, %.4g g; "
+                   "%.4g %s are coagulated",
                    id, taking->heat, sim->body[b].name, (long long)taking->removed,
-                   1e9 * taking->volume, 1e3 * taking->mass, 1e9 * taking->coagulated);
+                   solid ? "cells" : "faces", solid ? 1e9 * taking->volume : 1e6 * taking->area,
+                   solid ? "mm3" : "mm2", 1e3 * taking->mass,
+                   solid ? 1e9 * taking->coagulated : 1e6 * taking->coagulated / REMOVED_THICKNESS,
+                   solid ? "mm3" : "mm2");
     else if (taking->removed > 0 && taking->area > 0.0)
         sim_report(sim, b, "remove", "tool %d: %lld faces of body '%s' removed, %.4g mm2, %.4g g",
                    id, (long long)taking->removed, sim->body[b].name, 1e6 * taking->area,

@@ -97,6 +97,7 @@ typedef struct SurfaceOptions {
     SurfaceAdjust adjust;    // no effect with levels = 0
     bool adaptive;           // refines and coarsens; else it stays at start_level
     SurfaceAdapt adapt;      // if adaptive
+    bool heats;              // diathermy can act on it, if it can be cut
     double tear_stretch;     // stretch of a bond at which it breaks; 0: no tearing
     const Levels *hierarchy; // of the mesh, `levels` deep; NULL with levels = 0, unless the body is
                              // cuttable

@@ -476,6 +476,8 @@ void detail_create(Body *body, SurfaceModel *model, const TriMesh *mesh, const W
         set->node_count += set->cut->copy_capacity;
         if (options->tear_stretch > 0.0)
             detail_tear_create(detail, options, arena, state);
+        if (options->heats)
+            detail_heat_create(detail, arena, state);
     }
     create_rules(detail, mesh, network, name, arena);
     create_windows(model, mesh, name, arena);

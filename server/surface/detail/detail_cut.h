@@ -32,6 +32,12 @@ typedef struct DetailLips {
     Lip *lip;          // [count]
 } DetailLips;
 
+// Of bodies that diathermy can act on; part of the state.
+typedef struct DetailHeat {
+    double *energy; // [finest faces] above body temperature [J]
+    int64_t *step;  // when they were last cooled
+} DetailHeat;
+
 typedef struct DetailCut {
     // --- constant ---
     int base_count;       // nodes of the finest level; copies follow
@@ -42,11 +48,12 @@ typedef struct DetailCut {
     double bulge;         // distance by which nodes of finer levels may stick out of a leaf [m]
 
     // --- part of the state ---
-    unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1; CUT_GONE
+    unsigned char *broken; // [finest faces] bit k: the edge between corners k and k + 1; CutFaceBit
     int (*node)[3];  // [finest faces] the current nodes of its corners: all code of the body reads
                      // these as the corners of the finest level; of a removed face as uncut
     int64_t *copies; // number in use
     LipCrossing *crossing; // [finest edges] of broken edges; zero otherwise
+    DetailHeat *heat;      // NULL: nothing heats the body
     float *stretch;        // [finest edges] bodies that tear: smoothed stretch; NULL otherwise
 
     // --- derived from the state ---
@@ -80,7 +87,11 @@ typedef struct DetailCut {
     int *torn;    // [finest edges] bodies that tear
 } DetailCut;
 
-enum { CUT_GONE = 1 << 3 }; // bit of `broken`: the face is removed
+// Further bits of `broken`.
+enum CutFaceBit {
+    CUT_GONE = 1 << 3,       // the face is removed
+    CUT_COAGULATED = 1 << 4, // it was too hot once
+};
 
 // True if a face of the finest level is removed; with cut != NULL.
 static inline bool detail_cut_is_gone(const DetailCut *cut, int face)
@@ -143,6 +154,8 @@ void detail_lips_create(struct Detail *detail, Arena *arena, StateList *state);
 // After edges were broken: updates the lips around. Rebuilt: all lips, from the state.
 void detail_lips_follow(struct Detail *detail, const int *edge, int count);
 void detail_lips_rebuild(struct Detail *detail);
+// Forgets the lip of a node that goes.
+void detail_lips_forget(DetailLips *lips, int node);
 // After the state was overwritten: true if cuts can have produced the crossings.
 bool detail_lips_check(const LeafSet *set);
 // Moves what was read of a node (velocity may be NULL) to where it is shown. `rows` as in
@@ -156,6 +169,17 @@ void detail_lips_show_rest(const struct SurfaceModel *model, float *position);
 // Finds the nodes that carry a node that is a lip, and their shares; false: it is none.
 bool detail_lips_carriers(const struct SurfaceModel *model, int node, int carrier[3],
                           double share[3]);
+
+// --- detail_heat.c ---
+// Load time, of bodies that diathermy can act on.
+void detail_heat_create(struct Detail *detail, Arena *arena, StateList *state);
+// Gives a diathermy's heat to faces, by their masses, at the end of so many ticks. Returns what
+// they took [J].
+double detail_heat_give(struct Detail *detail, int64_t step, const Removal *removal,
+                        const int *face, int count);
+// True if all its water is gone.
+bool detail_heat_boils_away(const struct Detail *detail, int face);
+bool detail_heat_check(const struct Detail *detail);
 
 // --- detail_tear.c ---
 void detail_tear_create(struct Detail *detail, const SurfaceOptions *options, Arena *arena,

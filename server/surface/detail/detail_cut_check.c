@@ -11,7 +11,7 @@ static bool check_bits(const LeafSet *set)
     const DetailCut *cut = set->cut;
     const Level *finest = &set->levels.level[set->levels.finest];
     for (int f = 0; f < finest->face_count; f++) {
-        if (cut->broken[f] > (7 | CUT_GONE))
+        if (cut->broken[f] > (7 | CUT_GONE | CUT_COAGULATED))
             return false;
         for (int k = 0; k < 3; k++) {
             int edge = finest->face_edge[f][k], across = levels_beyond(finest, edge, f), j = 0;
@@ -71,7 +71,8 @@ bool detail_cut_check(const Detail *detail)
     // Locked faces are refined.
     detail_cut_lock(&detail->set);
     if (!detail_lips_check(&detail->set) || !cut_find_check(&detail->set.cut->finder) ||
-        !detail_tear_check(&detail->set) || !detail_frames_check(detail))
+        !detail_heat_check(detail) || !detail_tear_check(&detail->set) ||
+        !detail_frames_check(detail))
         return false;
     for (int f = 0; f < detail->set.face_base[detail->set.levels.finest]; f++)
         if (detail->set.cut->locked[f] != 0 && detail->set.refined[f] == 0)

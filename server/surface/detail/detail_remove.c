@@ -52,7 +52,7 @@ static double distance_to_face(const Region *mouth, const Vec3 x[3])
 }
 
 // Lists the nearest faces within reach, also those that do not exist yet: whose centroids are in
-// the mouth; or, as a burr pushes away what it does not take, what it touches.
+// the mouth; or what a burr or an electrode touches, as it may push away what it does not take.
 static void find_within(SurfaceModel *model, const Removal *removal, Taken *taken)
 {
     const Region *mouth = &removal->mouth;
@@ -65,9 +65,9 @@ static void find_within(SurfaceModel *model, const Removal *removal, Taken *take
         for (int k = 0; k < 3; k++)
             x[k] = tissue.position[tissue.corner[tissue.face[i]][k]];
         const Vec3 middle = vec3_scale(1.0 / 3.0, vec3_add(x[0], vec3_add(x[1], x[2])));
-        const double distance = removal->kind == REMOVER_DRILL
-                                    ? distance_to_face(mouth, x)
-                                    : distance_point_segment(middle, mouth->from, mouth->to);
+        const double distance = removal->kind == REMOVER_SUCTION
+                                    ? distance_point_segment(middle, mouth->from, mouth->to)
+                                    : distance_to_face(mouth, x);
         if (distance <= mouth->radius)
             insert(taken, tissue.face[i], distance);
     }
@@ -79,6 +79,18 @@ static void keep_amount(const Detail *detail, double amount, Taken *taken)
     int kept = 0;
     while (kept < taken->count && (amount -= face_area(detail, taken->face[kept])) >= 0.0)
         kept++;
+    taken->count = kept;
+}
+
+// Heats them, and keeps those that boil away.
+static void keep_boiled(Detail *detail, int64_t step, const Removal *removal, Taken *taken,
+                        RemovalOutcome *outcome)
+{
+    int kept = 0;
+    outcome->heat = detail_heat_give(detail, step, removal, taken->face, taken->count);
+    for (int i = 0; i < taken->count; i++)
+        if (detail_heat_boils_away(detail, taken->face[i]))
+            taken->face[kept++] = taken->face[i];
     taken->count = kept;
 }
 
@@ -122,6 +134,8 @@ static void take_face(SurfaceModel *model, int face, Taken *taken, RemovalOutcom
         taken->node[taken->node_count++] = node;
     }
     memcpy(cut->node[face], cut->base[face], sizeof cut->node[face]);
+    if (cut->heat != NULL)
+        cut->heat->energy[face] = 0.0;
     // Those across its edges are drawn again, too: they have a neighbour less.
     const int level = detail->set.levels.finest;
     const Level *finest = &detail->set.levels.level[level];
@@ -204,11 +218,21 @@ static bool take(Body *body, Taken *taken, RemovalOutcome *outcome)
     return true;
 }
 
+static double coagulated_area(const Detail *detail)
+{
+    const unsigned char *broken = detail->set.cut->broken;
+    double area = 0.0;
+    for (int f = 0; f < detail->set.face_count; f++)
+        if ((broken[f] & (CUT_COAGULATED | CUT_GONE)) == CUT_COAGULATED)
+            area += face_area(detail, f);
+    return area;
+}
+
 bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
                    TopologyChange *change)
 {
     SurfaceModel *model = body->model;
-    const Detail *detail = model->detail;
+    Detail *detail = model->detail;
     const DetailCut *cut = detail->set.cut;
     *outcome = (RemovalOutcome){.verdict = CUT_MET_NOTHING};
     Taken taken;
@@ -219,12 +243,17 @@ bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
     taken.count = taken.count < most ? taken.count : most;
     if (taken.count > 0)
         outcome->verdict = CUT_DONE;
-    keep_amount(detail, removal->volume / REMOVED_THICKNESS, &taken);
+    if (removal->kind == REMOVER_DIATHERMY)
+        keep_boiled(detail, body->step, removal, &taken, outcome);
+    else
+        keep_amount(detail, removal->volume / REMOVED_THICKNESS, &taken);
     const bool done = taken.count > 0 && take(body, &taken, outcome);
     if (done)
         *change = detail->report.change;
     else
         detail_cut_take_back(model, &start);
+    if (removal->kind == REMOVER_DIATHERMY)
+        outcome->coagulated = REMOVED_THICKNESS * coagulated_area(detail);
     outcome->pieces = cut->piece_count;
     outcome->small_pieces = cut->small_count;
     return done;
@@ -258,8 +287,9 @@ int detail_account(const void *self, TissueAccount *account, int capacity)
     if (capacity < 1)
         return 1;
     const int held = find_main(detail, true), attached = held < 0 ? find_main(detail, false) : held;
-    *account =
-        (TissueAccount){.name = detail->options.body.name, .density = detail->rules.areal_density};
+    *account = (TissueAccount){.name = detail->options.body.name,
+                               .density = detail->rules.areal_density,
+                               .coagulated = coagulated_area(detail)};
     for (int f = 0; f < set->face_count; f++) {
         const double area = face_area(detail, f);
         double *to = detail_cut_is_gone(cut, f)  ? &account->removed

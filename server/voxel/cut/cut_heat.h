@@ -9,20 +9,13 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_HEAT_H
 #define PLIANT_VOXEL_CUT_CUT_HEAT_H
 
+#include "body/heat.h"
 #include "body/remove.h"
 #include "body/rows.h"
 #include "voxel/cut/cut_centre.h"
 #include "voxel/cut/cut_lattice.h"
 
-// Soft tissue, near the middle of what is measured (Duck 1990, "Physical Properties of Tissue";
-// Hasgall et al., IT'IS database). Perfusion is that of liver at rest, in volumes of blood per
-// volume and second; it cools to body temperature (Pennes 1948) and ends where tissue coagulates.
-#define HEAT_BODY         37.0    // [C]
-#define HEAT_BOILING      100.0   // [C]
-#define HEAT_CONDUCTIVITY 0.5     // [W/(m K)]
-#define HEAT_CAPACITY     3600.0  // of tissue and of blood [J/(kg K)]
-#define HEAT_PERFUSION    0.015   // [1/s]
-#define HEAT_LATENT       1.582e6 // of tissue with 70 % of water, 0.7 * 2.26e6 [J/kg]
+// Perfusion ends where tissue coagulates.
 // A cell is coagulated once the integral of A exp(-E / (R T)) over time is 1 (Henriques 1947,
 // "Studies of thermal injury V", Arch. Pathol. 43, 489): in 1 s at 60 C, in 10 minutes at 51 C.
 #define HEAT_FREQUENCY  3.1e98 // A [1/s]

@@ -20,6 +20,7 @@ TEST(random_removals_and_cuts_keep_every_invariant)
         options.start_level = random_below(&random, options.body.levels + 1);
         options.adaptive = options.body.levels > 0 && random_below(&random, 2) == 0;
         options.adapt.check_hz = 200.0;
+        options.heats = true;
         options.tear_stretch = random_below(&random, 2) == 0 ? 0.3 : 0.0;
         options.body.precision =
             random_below(&random, 2) == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
@@ -51,12 +52,16 @@ TEST(random_removals_and_cuts_keep_every_invariant)
                 const Region mouth = {REGION_CAPSULE, from,
                                       vec3_madd(from, far, random_vec3(&random)),
                                       random_between(&random, 1e-3, 0.03)};
-                const bool sucks = random_below(&random, 2) == 0;
+                const bool sucks = random_below(&random, 2) == 0,
+                           burns = random_below(&random, 4) == 0;
                 const double amount = sucks ? random_between(&random, 0.0, 2e-4) : (double)INFINITY;
                 const RemovalOutcome went =
                     wall_remove(&bench, sucks ? REMOVER_SUCTION : REMOVER_DRILL, &mouth, amount);
                 assert_true(!cut_refuses(went.verdict));
                 expect_at_most(went.area, amount);
+                if (burns)
+                    wall_remove(&bench, REMOVER_DIATHERMY, &mouth,
+                                random_between(&random, 0.0, 3000.0));
                 removed += went.removed;
                 removals++;
             }
@@ -137,4 +142,50 @@ TEST(the_last_face_stays)
         wall_expect_sound(&bench, &shape, 0);
         assert_int_equal(shape.nodes, 114);
     }
+}
+
+static double stored_heat(const DetailBench *bench)
+{
+    double sum = 0.0;
+    for (int f = 0; f < bench->detail->set.face_count; f++)
+        sum += bench->detail->set.cut->heat->energy[f];
+    return sum;
+}
+
+// What a tissue of 70 % water takes from body temperature until it is gone [J/kg].
+#define TO_BOIL_AWAY (3600.0 * (100.0 - 37.0) + 0.7 * 2.26e6)
+
+TEST(heat_is_in_the_wall_or_left_with_what_boiled)
+{
+    uint64_t random = 8;
+    SurfaceOptions options = wall_options(1, 0);
+    options.heats = true;
+    SCOPED(bench_destroy) DetailBench bench;
+    wall_create(&bench, WALL_SPHERE, &options, 0.3);
+    double given = 0.0, boiled = 0.0, coagulated = 0.0;
+    int spared = 0;
+    // All in the time between two ticks, in which nothing cools.
+    for (int i = 0; i < 60; i++) {
+        const Vec3 at = wall_random_node(&bench, &random);
+        const Region tip = {REGION_CAPSULE, at, at, random_between(&random, 1e-3, 0.02)};
+        const double heat = pow(10.0, random_between(&random, -2.0, 4.0));
+        const RemovalOutcome went = wall_remove(&bench, REMOVER_DIATHERMY, &tip, heat);
+        expect_at_most(went.heat, heat * (1.0 + 1e-12));
+        spared += went.heat < 0.99 * heat; // all that it touches boils
+        given += went.heat;
+        boiled += went.mass * TO_BOIL_AWAY;
+        coagulated = went.coagulated;
+        expect_near(stored_heat(&bench) + boiled, given, 1e-12 * given);
+    }
+    WallShape shape;
+    wall_expect_sound(&bench, &shape, 0);
+    assert_true(boiled > 0.0 && stored_heat(&bench) > 0.0 && spared > 0 && coagulated > 0.0);
+    // Blood cools it with a time constant of 1 / 0.015 s until it is heated again.
+    sim_ticks(bench.sim, 500);
+    const double before = stored_heat(&bench);
+    const Vec3 at = wall_random_node(&bench, &random);
+    const Region tip = {REGION_CAPSULE, at, at, 1e-3};
+    const RemovalOutcome went = wall_remove(&bench, REMOVER_DIATHERMY, &tip, 1e-3);
+    assert_int_equal(went.removed, 0);
+    expect_near(stored_heat(&bench), before * exp(-0.015 * 0.5) + 1e-3, 1e-12 * before);
 }

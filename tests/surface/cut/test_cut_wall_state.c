@@ -65,6 +65,8 @@ static void drill_somewhere(DetailBench *bench, uint64_t *random)
     const Vec3 at = wall_random_node(bench, random);
     const Region burr = {REGION_CAPSULE, at, at, 0.008};
     assert_true(wall_remove(bench, REMOVER_DRILL, &burr, (double)INFINITY).removed > 0);
+    if (bench->detail->set.cut->heat != NULL)
+        wall_remove(bench, REMOVER_DIATHERMY, &burr, 100.0);
 }
 
 static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
@@ -73,6 +75,7 @@ static void prepare_cut_body(DetailBench *bench, uint64_t *random, int levels)
     options.adaptive = levels > 0;
     options.adapt.check_hz = 100.0;
     options.shape.frame = levels == 2 ? SHAPE_BODY : SHAPE_WORLD;
+    options.heats = true;
     wall_create(bench, WALL_SPHERE, &options, 0.3);
     CutOptions last = {.body = 0};
     for (int i = 0; i < 4; i++) {

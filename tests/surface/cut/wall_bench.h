@@ -26,8 +26,8 @@ CutOptions wall_random_sweep(const DetailBench *bench, uint64_t *random, const C
 void wall_read_row(const DetailBench *bench, int node, Vec3 *x, Vec3 *v);
 // Cuts; fails the test unless mass and momentum stay.
 CutOutcome wall_cut(DetailBench *bench, const CutOptions *options);
-// Takes away at most `amount` [m2]; fails the test unless mass, momentum and area of what is left
-// and of what went are what was there.
+// Takes away at most `amount` [m2], or what boils with so much more heat [J]; fails the test unless
+// mass, momentum and area of what is left and of what went are what was there.
 RemovalOutcome wall_remove(DetailBench *bench, RemoverKind kind, const Region *mouth,
                            double amount);
 // Everything of wall_check.h and bench_expect_sound.
