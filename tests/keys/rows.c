@@ -220,7 +220,9 @@ const KeyRow KEY_ROWS[] = {
     "tools = ( " TOOL("5", "remover",                                                              \
                       "removes_by = \"diathermy\"; power = " watts                                 \
                       "; mouth = { radius = 0.02; };") " );"
-    {ADDS(BODY, coagulated_stiffness, V, BODY, "cuttable = true;", "coagulated_stiffness = 2.0;"),
+    // Light, so that it is hot soon.
+    {ADDS(BODY, coagulated_stiffness, V, BODY, "cuttable = true; material = { density = 1.0; };",
+          "coagulated_stiffness = 2.0;"),
      .also = {{TOOLS, BURNING("1000")}}},
     {IDLY_ADDS(BODY, coagulated_stiffness, V, BODY, "cuttable = true;",
                "coagulated_stiffness = 2.0;", "no remover heats by diathermy")},
