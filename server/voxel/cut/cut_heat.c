@@ -290,17 +290,15 @@ static double find_near(CutHeat *heat, const Rows *rows, const void *row, const 
 // of the shares of cells that can take more.
 static double share_out(CutHeat *heat, double joules, double *sum)
 {
-    double left = joules, open = 0.0;
+    double left = 0.0, open = 0.0;
     for (int k = 0; k < heat->near_count; k++) {
         const int cell = heat->near[k];
         const double capacity = capacity_of(heat, cell), most = most_of(capacity);
         const double room = most - heat->energy[cell];
-        double part = joules * (heat->near_share[k] / *sum);
+        const double part = joules * (heat->near_share[k] / *sum);
         // Full to the last bit, so that it is known to have boiled.
         const bool fills = part >= room;
-        if (fills)
-            part = fmax(0.0, room);
-        left -= part;
+        left += fills ? part - fmax(0.0, room) : 0.0;
         heat->energy[cell] = fills ? fmax(most, heat->energy[cell]) : heat->energy[cell] + part;
         heat->near_share[k] = fills ? 0.0 : heat->near_share[k];
         open += heat->near_share[k];

@@ -309,6 +309,31 @@ TEST(extremes_stay_finite_and_balanced)
     }
 }
 
+// A minute of each, held, with as many cells removed a tick as a body allows.
+LONG_TEST(a_minute_of_heat_stays_finite_and_balanced)
+{
+    static const double POWER[] = {0.1, 30.0, 1000.0}, SIZE[] = {1e-4, 2e-3, 0.02};
+    for (int k = 0; k < 9; k++) {
+        SCOPED(cut_world_destroy) CutWorld world;
+        const double size = SIZE[k / 3], power = POWER[k % 3];
+        VoxelWorldOptions options = heated_block(16, size);
+        cut_world_create(&world, &options);
+        CutHeat *heat = world.cuts->heat;
+        double hottest = 0.0;
+        for (int t = 0; t < 60000; t++) {
+            give(&world, electrode(vec3(-8.0 * size, 0.0, 0.0), 1.0 * size, power * 1e-3));
+            cut_heat_remove(heat, heat->boiled, heat->boiled_count);
+            cut_heat_spread(heat, 1e-3);
+        }
+        for (int cell = 0; cell < heat->cell_count; cell++) {
+            assert_true(isfinite(heat->energy[cell]) && heat->energy[cell] >= 0.0);
+            hottest = fmax(hottest, cut_heat_temperature(heat, cell));
+        }
+        expect_at_most(hottest, HEAT_BOILING);
+        expect_balanced(heat);
+    }
+}
+
 // ---------------------------------------------------------------------------------------------
 // Stiffness
 
@@ -401,4 +426,68 @@ TEST(heated_state_that_was_brought_back_goes_on_alike)
     heat->energy[5] = (double)NAN;
     world.body->ops->restored(world.body);
     assert_false(world.cuts->sound);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The whole of it: a tool in a body that moves
+
+TEST(a_tool_burns_a_hole_into_a_body_that_moves)
+{
+    for (int round = 0; round < 4; round++) {
+        SCOPED(cut_world_destroy) CutWorld world;
+        VoxelWorldOptions options = voxel_world_cube(16);
+        options.body.body.levels = round;
+        options.body.body.removable = true;
+        options.body.body.precision = round % 2 == 0 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.heats = true;
+        options.body.coagulated_stiffness = HEAT_STIFFER;
+        // Light tissue: what takes seconds is over in a hundred ticks.
+        options.material.density = 20.0;
+        options.tool[options.tool_count++] = (ToolOptions){.id = 1,
+                                                           .kind = TOOL_REMOVER,
+                                                           .removes = REMOVER_DIATHERMY,
+                                                           .mouth = {.radius = 0.006},
+                                                           .power = 4000.0,
+                                                           .max_force = 10.0};
+        cut_world_create(&world, &options);
+        uint64_t seed = 75;
+        cut_world_shake(&world, 0.1, &seed);
+        for (int i = 0; i < world.model->vertices.count; i++) { // waves alone, no drift
+            Vec3 x, v;
+            void *row = world.model->vertices.row[world.model->vertices.current];
+            rows_read(&world.model->vertices.rows, row, i, &x, &v);
+            rows_write(&world.model->vertices.rows, row, i, x, vec3(0.0, 0.0, 0.0));
+        }
+        CutHeat *heat = world.cuts->heat;
+        const CutLattice *lattice = &world.cuts->lattice;
+        for (int t = 0; t < 500; t++) {
+            const ToolPose pose = {.position = {-0.052 + 1.5e-4 * t, 0.004, -0.003},
+                                   .orientation = {1.0, 0.0, 0.0, 0.0},
+                                   .grip = t < 400 ? 1.0 : 0.0,
+                                   .active = true};
+            sim_apply_pose(world.sim, 0, &pose, true);
+            sim_step(world.sim);
+        }
+        assert_int_equal(sim_resets(world.sim), 0);
+        expect_balanced(heat);
+        int gone = 0, coagulated = 0;
+        for (int cell = 0; cell < heat->cell_count; cell++) {
+            gone += cut_lattice_is_gone(lattice, cell);
+            coagulated += !cut_lattice_is_gone(lattice, cell) && cut_heat_is_coagulated(heat, cell);
+            assert_true(!cut_lattice_is_gone(lattice, cell) || heat->energy[cell] == 0.0);
+        }
+        // Each cell that went took what it takes to boil, of 1.81 MJ/kg; a rim is coagulated.
+        const double each = 20.0 * pow(world.lattice.size, 3.0) * (3600.0 * 63.0 + 0.7 * 2.26e6);
+        expect_near(heat_sum(&heat->books->removed), gone * each, 1e-9 * gone * each);
+        assert_int_equal(coagulated, heat->coagulated[0]);
+        assert_true(gone > 20 && coagulated > gone / 2 && coagulated < 20 * gone);
+        // Derived again it is the same.
+        const size_t lanes = (size_t)lattice->element_count * sizeof(int);
+        FREED int *lane = malloc(lanes);
+        memcpy(lane, world.cuts->windows.lane, lanes);
+        world.body->ops->restored(world.body);
+        assert_true(world.cuts->sound);
+        assert_memory_equal(lane, world.cuts->windows.lane, lanes);
+        assert_int_equal(coagulated, heat->coagulated[0]);
+    }
 }
