@@ -8,6 +8,7 @@
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
 #include "pliant_look_t.h"
+#include "pliant_ledger_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_playback_t.h"
@@ -55,8 +56,9 @@ DEFINE_CODEC(event)
 DEFINE_CODEC(rest)
 DEFINE_CODEC(playback)
 DEFINE_CODEC(look)
+DEFINE_CODEC(ledger)
 
-enum { TYPES = 12 };
+enum { TYPES = 13 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -125,13 +127,25 @@ static void make_all(Raw raw[TYPES])
                                                                    .tool = id,
                                                                    .force = position});
     static uint8_t colour[6] = {0, 1, 2, 253, 254, 255};
-    raw[11] = encode_look(&WIRE_LOOK, &(pliant_look_t){.node_count = 2,
+    raw[12] = encode_look(&WIRE_LOOK, &(pliant_look_t){.node_count = 2,
                                                        .chunk_count = 1,
                                                        .texture = (char *)"skin.png",
                                                        .color = {1, 2, 3},
                                                        .num_values = 6,
                                                        .node_color = colour,
                                                        .node_inside = colour});
+    static pliant_ledger_body_t sections[1] = {{.name = (char *)"a", .solid = true, .cut = 1e-4}};
+    static pliant_ledger_tissue_t tissues[2] = {
+        {.body = (char *)"a", .name = (char *)"liver", .density = 1060.0, .at_load = 1e-3},
+        {.body = (char *)"a", .name = (char *)"", .removed = 1e-6}};
+    static pliant_ledger_region_t regions[1] = {
+        {.name = (char *)"tumour", .distance = -1.0, .body = (char *)"", .by = (char *)""}};
+    raw[11] = encode_ledger(&WIRE_LEDGER, &(pliant_ledger_t){.num_bodies = 1,
+                                                             .num_tissues = 2,
+                                                             .num_regions = 1,
+                                                             .body = sections,
+                                                             .tissue = tissues,
+                                                             .region = regions});
 }
 
 static void free_all(Raw raw[TYPES])

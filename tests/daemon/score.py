@@ -97,6 +97,31 @@ for name, share, most in (("server", 0.03, 1.5), ("network", 0.5, 1.0 + 1e-6)):
     if page.foreign or page.open:
         print(f"{name}: the page has {page.foreign}, open {page.open}")
         failures += 1
+# The ledger is the same, digit for digit, as recorded by the server, over the network, and by a run
+# of the log. Five of the block's eight layers are on the side of more fixed corners.
+ledger = {
+    name: open(f"{folder}/{name}.json").read().split('"ledger":')[1]
+    for name in ("server", "network", "again")
+}
+for name in ("network", "again"):
+    if ledger[name] != ledger["server"]:
+        print(f"the ledger of {name} is another one: {ledger[name]}\n{ledger['server']}")
+        failures += 1
+sheet = json.load(open(f"{folder}/server.json"))
+block = next(tissue for tissue in sheet["ledger"]["tissues"] if tissue["body"] == "block")
+section = next(body for body in sheet["ledger"]["sections"] if body["body"] == "block")
+far = sheet["ledger"]["regions"][0]
+expect("ledger: at load", block["at_load_m3"], 1e-3, 1e-15)
+expect("ledger: attached", block["attached_m3"], 5e-3 / 8, 1e-15)
+expect("ledger: cut off", block["cut_off_m3"], 3e-3 / 8, 1e-15)
+expect("ledger: grams", block["cut_off_kg"], 3.0 / 8, 1e-12)
+# A blade that passes at right angles; where it met links is known to a hundredth of a cell, and the
+# nearest four are half a cell beside the ball's middle, in both directions.
+expect("ledger: section", section["cut_m2"], 0.1 * 0.1, 1e-5)
+expect("ledger: distance", far["distance_m"], math.hypot(0.042, 0.00625, 0.00625) - 0.01, 1.25e-4)
+if (far["by"], far["touched"], far["kept"]) != ("cut", False, False):
+    print(f"ledger: {far}")
+    failures += 1
 # Unless the scene is named.
 block = json.load(open(f"{folder}/named.json"))["bodies"][0]
 expect("named: block removed", block["removed"], 0, 0)

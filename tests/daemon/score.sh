@@ -19,10 +19,10 @@ bodies = (
 tools = ( { id = 1; kind = "probe"; capsules = ( { radius = 0.01; } ); },
           { id = 2; kind = "blade"; edge = ([0.0, 0.0, 0.0], [0.0, 0.0, 0.2]); } );
 score = { force_limit = 0.05;
-          regions = ( { name = "half"; box = ([-1.0, -0.001, -1.0], [1.0, 0.3, 1.0]); } ); };
+          regions = ( { name = "far"; sphere = [-0.03, 0.3, 0.0]; radius = 0.01; margin = 0.05; }, { name = "half"; box = ([-1.0, -0.001, -1.0], [1.0, 0.3, 1.0]); } ); };
 SCENE
 "$programs/pliantd" --log-level error --record "$folder/server.h5" --record-tools-hz 1000 \
-    "$folder/scene.cfg" >"$folder/daemon.log" 2>&1 &
+    --log-inputs "$folder/inputs.log" "$folder/scene.cfg" >"$folder/daemon.log" 2>&1 &
 daemon=$!
 "$programs/pliant-record" -o "$folder/network.h5" --wait 60 >"$folder/recorder.log" 2>&1 &
 recorder=$!
@@ -40,7 +40,9 @@ kill "$recorder" && wait "$recorder"
 recorder=
 kill "$daemon" && wait "$daemon"
 daemon=
-for file in server network; do
+"$programs/pliantd" --offline 600 --input "$folder/inputs.log" --record "$folder/again.h5" \
+    "$folder/scene.cfg" >"$folder/again.log" 2>&1
+for file in server network again; do
     "$programs/pliant-play" --score "$folder/$file" "$folder/$file.h5" || exit 1
 done
 "$programs/pliant-play" --score "$folder/named" --score-scene "$folder/scene.cfg" "$folder/network.h5" \

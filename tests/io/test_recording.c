@@ -204,10 +204,10 @@ TEST(the_layout_is_as_documented)
     expect_text(file, "scene", SCENE);
     expect_number(file, "version", 1);
 
-    // Sixteen data sets a body, four a tool, and the events; each with a unit.
+    // Sixteen data sets a body, four a tool, the events and the ledger; each with a unit.
     int sets = 0;
     assert_true(H5Ovisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &sets) >= 0);
-    assert_int_equal(sets, 2 * 16 + 2 * 4 + 1);
+    assert_int_equal(sets, 2 * 16 + 2 * 4 + 2);
 
     // Single precision, and one frame a chunk.
     hid_t set = H5Dopen2(file, "/bodies/strip/position", H5P_DEFAULT);

@@ -76,6 +76,16 @@ static const char *make_with(const char *name, const char *describe, const char 
         RecordingEvent event = {.time = frame.time, .step = f, .kind = "cut", .text = "a cut"};
         if (f % 10 == 5)
             assert_true(recording_add_event(recording, &event));
+        RecordingLedger ledger[2] = {
+            {.time = frame.time, .step = f, .line = LEDGER_BODY, .body = "tetra"},
+            {.time = frame.time,
+             .step = f,
+             .line = LEDGER_TISSUE,
+             .body = "tetra",
+             .name = "fat",
+             .value = {1.0 / 3.0, (double)NAN, f}}};
+        if (f % 10 == 5)
+            assert_true(recording_add_ledger(recording, ledger, 2));
     }
     expect_ok(recording_close(recording, &status), status);
     return path;
@@ -190,6 +200,15 @@ TEST(tools_events_and_the_scene_are_read)
     assert_true(recording_reader_events(reader, 0, 4, event, &status));
     assert_int_equal(event[2].step, 25);
     assert_string_equal(event[2].text, "a cut");
+    assert_int_equal(recording_reader_info(reader)->ledger, 8);
+    RecordingLedger ledger[4];
+    assert_true(recording_reader_ledger(reader, 4, 4, ledger, &status));
+    assert_int_equal(ledger[0].line, LEDGER_BODY);
+    assert_int_equal(ledger[1].step, 25);
+    assert_string_equal(ledger[1].name, "fat");
+    expect_near(ledger[1].value[0], 1.0 / 3.0, 0.0);
+    expect_near(ledger[1].value[1], 0.0, 0.0); // a number that is none
+    expect_near(ledger[3].value[2], 35.0, 0.0);
 }
 
 TEST(colours_come_back_row_by_row_and_only_those_that_changed)
