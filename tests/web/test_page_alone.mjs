@@ -533,6 +533,32 @@ test('on_a_phone_fingers_press_turn_and_zoom_and_nothing_covers_the_body', optio
     }
 });
 
+test('the_ledger_shows_amounts_and_regions_that_were_not_kept', options, async () => {
+    const ledger = { type: 'ledger', step: 1, time: 0.1, body: [{ name: 'ball', solid: true, cut: 2e-4, torn: 0 }],
+        tissue: [{ body: 'ball', name: 'liver', density: 1060, at_load: 1e-4, attached: 8e-5, cut_off: 1.95e-5, removed: 5e-7,
+            coagulated: 0 }],
+        region: [{ name: 'tumour', keep: false, touched: false, margin: 0.005, distance: 0.003, body: 'ball', by: 'cut' },
+            { name: '<b>vessel', keep: true, touched: false, margin: 0, distance: -1, body: '', by: '' }] };
+    await open();
+    assert(await page.locator('#ledger').evaluate((node) => node.hidden));
+    session.text(ledger);
+    await session.round();
+    const rows = (id) => page.locator(`#${id} tr`).evaluateAll((lines) => lines.map((line) =>
+        [...line.children].map(({ textContent }) => textContent).join(' | ') + (line.className ? ` ${line.className}` : '')));
+    assert.deepEqual(await rows('ledger-tissues'), ['liver | 80.00 | 19.50 | 0.500']);
+    assert.equal(await page.locator('#ledger-unit').textContent(), 'tissue, cm³');
+    assert.deepEqual(await rows('ledger-regions'),
+        ['tumour | 3.00 mm, cut | ≥ 5.00 mm bad', '<b>vessel | nothing cut | keep']);
+    assert.equal(await page.locator('#ledger-sections').textContent(), '2.00 cm² cut');
+    Object.assign(ledger.region[1], { touched: true, distance: 0, by: 'removal' });
+    session.text(ledger);
+    await session.round();
+    assert.equal((await rows('ledger-regions'))[1], '<b>vessel | removal inside | keep bad');
+    session.text({ ...SCENE, name: 'another' });
+    await session.round();
+    assert(await page.locator('#ledger').evaluate((node) => node.hidden));
+});
+
 test('nothing_failed_in_the_page', options, () => {
     assert.deepEqual(browser.errors, []);
 });
