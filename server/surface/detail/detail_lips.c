@@ -22,7 +22,7 @@ void detail_lips_create(Detail *detail, Arena *arena, StateList *state)
         cut->lips.index[i] = -1;
 }
 
-static void forget(DetailLips *lips, int node)
+void detail_lips_forget(DetailLips *lips, int node)
 {
     const int at = lips->index[node];
     if (at < 0)
@@ -47,10 +47,12 @@ static void place(Detail *detail, int vertex)
     Lip lip[LIPS_RING];
     const int around = detail_cut_ring(set, vertex, cut->ring);
     for (int i = 0; i < around; i++)
-        forget(lips, cut->node[cut->ring[i].face][cut->ring[i].corner]);
+        detail_lips_forget(lips, cut->node[cut->ring[i].face][cut->ring[i].corner]);
     const int count = cut_lips_place(&mesh, cut->ring[0].face, cut->ring[0].corner, lip);
     for (int i = 0; i < count; i++) {
         const int node = cut->node[lip[i].face][lip[i].corner];
+        if (detail_cut_is_gone(cut, lip[i].face))
+            continue; // it has no node of its own
         lips->index[node] = lips->count;
         lips->node[lips->count] = node;
         lips->lip[lips->count++] = lip[i];

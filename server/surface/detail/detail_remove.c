@@ -166,6 +166,7 @@ static void drop_nodes(SurfaceModel *model, const Taken *taken)
         set->status[node] = NODE_OFF;
         detail->pack.stale_window[model->slot[node] / detail->pack.width] = true;
         detail_switch_off(model, node);
+        detail_lips_forget(&set->cut->lips, node);
         slots_free_node(detail->faces.slots, node);
         is_dropped[node] = true;
         report->gone_parent[change->gone_count][0] = report->gone_parent[change->gone_count][1] =

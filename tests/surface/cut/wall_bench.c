@@ -180,7 +180,8 @@ static Vec3 world_momentum(const DetailBench *bench)
         Vec3 x, v;
         if (bench->detail->set.status[i] != NODE_FREE)
             continue;
-        bench->body->ops->read_nodes(bench->model, &i, 1, &x, &v);
+        rows_read(&bench->model->basis, bench->model->rows[bench->model->current],
+                  bench->model->slot[i], &x, &v);
         sum = vec3_madd(sum, bench->model->mass[i], v);
     }
     return sum;
