@@ -76,6 +76,15 @@ export function restMessage(body, topology, position, texture) {
     return data;
 }
 
+/** `nodes`: null, or {outer, inner}, three bytes a node. */
+export function lookMessage(body, topology, n, color, inside, nodes = null) {
+    const data = new Uint8Array(30 + (nodes ? 6 * n : 0));
+    new Uint32Array(data.buffer, 0, 6).set([4, body, topology, n, nodes ? 1 : 0, 0]);
+    data.set([...color, ...inside], 24);
+    if (nodes) data.set([...nodes.outer, ...nodes.inner], 30);
+    return data.buffer;
+}
+
 export function statusMessage(scene, over = {}) {
     return { type: 'status', utime: Date.now() * 1000, sequence: 1, scene: scene.name, state: 'running', step: 1000,
         time: 1, rate_hz: 1000, real_time_factor: 1, late_ticks: 0, resets: 0, rejected: 0,

@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
 import { change, figureOf, PATIENCE, picture, setting, startDaemon, startWeb, until, untilShown } from './live.mjs';
-import { icoSphere, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
+import { icoSphere, lookMessage, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
 
 const paths = setting();
 const options = { timeout: 3 * PATIENCE };
@@ -140,6 +140,43 @@ test('walls_of_cuts_have_a_colour_and_normals_of_their_own', options, async () =
         assert(dot(flat, EYE) > Math.cos(0.5), `${flat}`);
         assert(dot(of, radial) > Math.cos(0.1), `${of}`);
     });
+});
+
+test('a_look_colours_the_outside_and_walls_of_cuts_of_a_body_and_of_its_nodes', options, async () => {
+    const { mesh, middle } = capped(), n = mesh.position.length / 3;
+    const GREEN = [60, 150, 70], BLUE = [70, 90, 200], YELLOW = [200, 180, 60], GREY = [130, 130, 130];
+    const look = async (message) => {
+        session.binary(message);
+        await session.round();
+        return coloursAt([middle, above(1.15)]);
+    };
+    await open(mesh, 'voxel');
+    // Light is not white, and the grain of the outside is reddish: less than half of what these differ by.
+    const near = (a, b) => assert(hueDistance(a, b) < 0.12, `${a} and ${b}`);
+    const [wall, outer] = await look(lookMessage(0, 1, n, GREEN, BLUE));
+    near(wall, BLUE);
+    near(outer, GREEN);
+    const all = (color) => Array.from({ length: 3 * n }, (_, i) => color[i % 3]);
+    const [grey, yellow] = await look(lookMessage(0, 1, n, GREEN, BLUE, { outer: all(YELLOW), inner: all(GREY) }));
+    await page.screenshot({ path: join(paths.out, '33-look.png') });
+    near(yellow, YELLOW);
+    near(grey, GREY);
+    // One of the next mesh, which has not come, keeps what its nodes have.
+    const [kept, same] = await look(lookMessage(0, 2, n + 1, GREEN, BLUE,
+        { outer: [...all(BLUE), 0, 0, 0], inner: [...all(BLUE), 0, 0, 0] }));
+    near(kept, GREY);
+    near(same, YELLOW);
+});
+
+test('a_body_without_a_look_has_the_colour_of_its_name_in_any_order', options, async () => {
+    const of = (names) => page.evaluate((names) => names.map((name) => {
+        const body = new window.pliant.bodies[0].constructor(7, { name, model: 'surface' }, {});
+        return body.tint;
+    }), names);
+    await open(ball);
+    const names = ['liver', 'kidney', 'ball', 'organ', 'stomach', 'bladder'], tints = await of(names);
+    assert.deepEqual(await of([...names].reverse()), [...tints].reverse());
+    assert(new Set(tints).size > 2, `${tints}`);
 });
 
 // A mesh parted along x = 0: the left nodes of triangles that reach to the right are split. {triangle, id, origin}.

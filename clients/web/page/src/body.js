@@ -73,6 +73,7 @@ export class Body {
         this.mates = [];      // pairs of nodes that a cut parted
         this.edge = 0;        // mean [m]
         this.colours = new Colours();
+        this.tint = colourOf(name); // without a look
         this.imageName = '';  // of an image beside the scene,
         this.beside = null;   // once it is loaded
         this.group = new Group();
@@ -298,7 +299,7 @@ export class Body {
     colour() {
         const { message } = this.colours;
         if (this.colours.vary) this.fillColours();
-        colourTissue(this.surface.material, { outside: message?.color ?? colourOf(this.name), inside: message?.inside,
+        colourTissue(this.surface.material, { outside: message?.color ?? this.tint, inside: message?.inside,
             vary: this.colours.vary, own: this.own, model: this.model });
     }
 

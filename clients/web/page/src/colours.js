@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Colours of a body's nodes, through changes of its mesh. From `look` messages; a body without any has one by its name.
 
-// Of tissue, in the order of a hash.
-const TISSUES = [0xc4695c, 0xa8503f, 0xd29a78, 0xb5607a, 0xc58a52, 0x9a6a8c, 0xb9885f, 0x8f4a52];
+// Of tissue, none near the brown of inner walls; in the order of a hash.
+const TISSUES = [0xc4695c, 0xa8503f, 0xb5607a, 0x9a5a7c, 0xc8606a, 0x8f4a52];
 
 /** The same name has the same colour in every scene and every replay. */
 export function colourOf(name) {
