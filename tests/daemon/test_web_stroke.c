@@ -39,44 +39,84 @@ static int count_events(const Client *client, const char *kind)
     return count;
 }
 
-TEST(a_blade_of_a_page_that_stalls_makes_one_slit_along_its_whole_way)
+typedef struct Rig {
+    Process daemon, server;
+    Client *client;
+    PageClient *page;
+} Rig;
+
+static void begin(Rig *rig)
 {
     const char *path = scratch("stroke.cfg");
-    Process daemon, server;
     write_text(path, SCENE);
-    daemon_start(&daemon, "%s", path);
-    const int port = web_start(&server, "--port 0");
-    SCOPED_CLIENT Client *client = client_create();
-    client_wait_for_daemon(client);
-    PageClient *page = page_open(port);
-    page_wait(page_count(page, "scene") > 0);
+    daemon_start(&rig->daemon, "%s", path);
+    const int port = web_start(&rig->server, "--port 0");
+    rig->client = client_create();
+    client_wait_for_daemon(rig->client);
+    rig->page = page_open(port);
+    page_wait(page_count(rig->page, "scene") > 0);
+    rig->client->events = 0;
+}
+
+static void end(Rig *rig)
+{
+    page_disconnect_all();
+    client_destroy(rig->client);
+    process_end(&rig->server);
+    process_end(&rig->daemon);
+}
+
+static void expect_cut(const Client *client, const char *part)
+{
+    for (int k = 0; k < client->events; k++)
+        if (strcmp(client->event[k].kind, "cut") == 0)
+            expect_in(client->event[k].text, part);
+}
+
+TEST(a_blade_of_a_page_that_stalls_makes_one_slit_along_its_whole_way)
+{
+    Rig rig;
+    begin(&rig);
     uint64_t chance = 37;
-    client->events = 0;
     // Gaps of 50 to 600 ms, then what the pointer did meanwhile, in a burst.
     const double began = client_now();
     double sent = 0.0;
-    send_blade(page, 0.0, true);
+    send_blade(rig.page, 0.0, true);
     while (sent < 2.0) {
         const double until = client_now() + random_between(&chance, 0.05, 0.6);
         while (client_now() < until)
-            client_listen(client, 10);
+            client_listen(rig.client, 10);
         for (double moved = client_now() - began; sent < 2.0 && sent + 0.016 < moved;) {
             sent = fmin(sent + 0.016, 2.0);
-            send_blade(page, sent, true);
+            send_blade(rig.page, sent, true);
         }
     }
-    send_blade(page, 2.0, false);
-    wait_until(client, saw_event(client, "cut"));
-    client_listen(client, 300);
-    assert_int_equal(count_events(client, "cut"), 1);
+    send_blade(rig.page, 2.0, false);
+    wait_until(rig.client, saw_event(rig.client, "cut"));
+    client_listen(rig.client, 300);
+    assert_int_equal(count_events(rig.client, "cut"), 1);
     char text[80];
     snprintf(text, sizeof text, "tool 2, stroke ended: body 'slab': %d links severed", SEVERED);
-    for (int k = 0; k < client->events; k++)
-        if (strcmp(client->event[k].kind, "cut") == 0) {
-            expect_in(client->event[k].text, text);
-            expect_in(client->event[k].text, "2 pieces");
-        }
-    page_disconnect_all();
-    process_end(&server);
-    process_end(&daemon);
+    expect_cut(rig.client, text);
+    expect_cut(rig.client, "2 pieces");
+    end(&rig);
+}
+
+TEST(a_blade_of_a_page_that_falls_silent_is_withdrawn)
+{
+    Rig rig;
+    begin(&rig);
+    const double began = client_now();
+    for (double sent = 0.0; sent < 0.9; sent = client_now() - began) {
+        send_blade(rig.page, sent, true);
+        client_listen(rig.client, 20);
+    }
+    // Its connection stays: only what it says is missing.
+    const double silent = client_now();
+    wait_until(rig.client, saw_event(rig.client, "cut"));
+    // A second of repeats and tool_timeout_s; clocks of several processes meet here.
+    expect_at_least(client_now() - silent, 1.1);
+    expect_cut(rig.client, "1 piece");
+    assert_false(page_closed(rig.page));
+    end(&rig);
 }
