@@ -43,13 +43,26 @@ const STEEL = 0xdfe5ea, BLADE = 0xe4e9ed, JAWS = 0xc9d2da, FIXED = 0x6d757c, GRI
 // A shape of revolution about +y from [[radius, height], ...].
 const turned = (profile, sides = 20) => new LatheGeometry(profile.map(([r, y]) => new Vector2(Math.max(r, 1e-9), y)), sides);
 
-// A shaft from +y 0 on: steel, then a dark grip, of some length behind.
-function shaft(radius, length) {
-    const group = new Group();
-    group.add(new Mesh(turned([[radius, 0], [radius, 0.72 * length]]), steel(STEEL)),
-        new Mesh(turned([[radius, 0.72 * length], [1.5 * radius, 0.74 * length], [1.5 * radius, length], [0, length]]),
+// A shaft along +y from 0 on: steel, then a dark grip, of some length behind. `real`: the capsule that the scene gives it,
+// {radius, from, to} along +y; before that it is `thin`, and so it is without one.
+function shaft(thin, length, real = null) {
+    const group = new Group(), radius = real?.radius ?? thin, end = real?.to ?? length, wider = real ? 1 : 1.5;
+    const neck = real ? [[thin, 0], [thin, Math.max(real.from - radius, 0)], [radius, Math.max(real.from, 1e-6)]] : [[thin, 0]];
+    group.add(new Mesh(turned([...neck, [radius, 0.72 * end]]), steel(STEEL)),
+        new Mesh(turned([[radius, 0.72 * end], [wider * radius, 0.74 * end], [wider * radius, end], [0, end]]),
             steel(GRIP, DoubleSide)));
     return group;
+}
+
+// Of `capsules` the first that lies along `axis` behind `at`, as {radius, from, to, capsule}; null: none.
+function shaftOf(capsules, at, axis) {
+    for (const capsule of capsules) {
+        const ends = [capsule.from, capsule.to].map((end) => end.clone().sub(at));
+        const [from, to] = ends.map((end) => end.dot(axis)).sort((a, b) => a - b);
+        const off = Math.max(...ends.map((end) => end.cross(axis).length()));
+        if (off < 0.1 * capsule.radius && from >= 0 && to > 4 * capsule.radius) return { radius: capsule.radius, from, to, capsule };
+    }
+    return null;
 }
 
 export function capsuleShape({ from, to, radius }, material) {
@@ -147,16 +160,17 @@ function grasper({ at, axis, radius, length }, group) {
     return (grip) => jaws.forEach((half, k) => { half.rotation.z = (k ? -1 : 1) * OPEN * (1 - grip); });
 }
 
-function suction({ at, axis, radius }, group) {
-    const tube = frame(at, axis), r = radius, length = SHAFT * radius;
+function suction({ at, axis, radius, real }, group) {
+    const tube = frame(at, axis), r = radius, length = real?.to ?? SHAFT * radius;
+    const wide = real ? Math.max(r, real.radius) : 1.35 * r;
     tube.add(new Mesh(turned([[0.86 * r, 0.12 * r], [0.92 * r, 0], [r, 0.06 * r], [r, 0.5 * length]], 28), steel(STEEL)),
         new Mesh(turned([[0.86 * r, 0], [0.8 * r, 2.5 * r], [0, 2.5 * r]], 28), steel(DARK, DoubleSide)),
-        new Mesh(turned([[r, 0.5 * length], [1.35 * r, 0.53 * length], [1.35 * r, length], [0, length]], 28), steel(GRIP)));
+        new Mesh(turned([[r, 0.5 * length], [wide, 0.53 * length], [wide, length], [0, length]], 28), steel(GRIP)));
     group.add(tube);
     return () => {};
 }
 
-function drill({ at, axis, radius }, group) {
+function drill({ at, axis, radius, real }, group) {
     const burr = frame(at, axis), shape = new SphereGeometry(radius, 32, 16);
     // Twisted flutes, within the ball that removes.
     const { position } = shape.attributes, p = new Vector3();
@@ -167,17 +181,19 @@ function drill({ at, axis, radius }, group) {
         position.setXYZ(i, p.x, p.y, p.z);
     }
     shape.computeVertexNormals();
-    const head = new Mesh(shape, steel(0xc9b98e)), rod = shaft(0.34 * radius, SHAFT * radius);
+    const head = new Mesh(shape, steel(0xc9b98e)), rod = shaft(0.34 * radius, SHAFT * radius, real);
     burr.add(head, rod);
     group.add(burr);
     return (grip, now) => { if (grip >= 0.5) head.rotation.y = 0.03 * now; };
 }
 
-function electrode({ at, axis, radius, length }, group) {
+function electrode({ at, axis, radius, length, real }, group) {
     const rod = frame(at, axis), tip = steel(BRASS);
     rod.add(capsuleShape({ from: new Vector3(), to: new Vector3(0, length, 0), radius }, tip));
-    const behind = new Mesh(turned([[0.8 * radius, 0], [0.8 * radius, 5 * radius], [1.7 * radius, 6 * radius],
-        [1.7 * radius, SHAFT * radius], [0, SHAFT * radius]]), steel(0x2b4a63));
+    const wide = real?.radius ?? 1.7 * radius, from = real ? Math.max(real.from - length, radius) : 6 * radius;
+    const to = real ? real.to - length : SHAFT * radius;
+    const behind = new Mesh(turned([[0.8 * radius, 0], [0.8 * radius, 0.8 * from], [wide, from], [wide, to], [0, to]]),
+        steel(0x2b4a63));
     behind.position.y = length;
     rod.add(behind);
     group.add(rod);
@@ -189,8 +205,9 @@ function electrode({ at, axis, radius, length }, group) {
  * returns what shows its grip: (grip, now [ms]) => {}.
  */
 export function buildInstrument(tool, group) {
-    const { at, axis, radius, length } = tool.tip(), working = { at, axis, radius, length };
-    let shown = () => {}, rest = tool.capsules;
+    const { at, axis, radius, length } = tool.tip(), drills = tool.removes === 'drill';
+    let shown = () => {}, rest = drills ? tool.capsules.slice(0, -1) : tool.capsules; // the last one is the burr again
+    const real = tool.mouth ? shaftOf(rest, at, axis) : null, working = { at, axis, radius, length, real };
     if (tool.edge) {
         const holder = frame(at, axis, backOf(axis));
         holder.add(blade(length));
@@ -200,7 +217,7 @@ export function buildInstrument(tool, group) {
         rest = rest.slice(1);
     } else if (tool.mouth) {
         shown = ({ suction, drill, diathermy: electrode }[tool.removes] ?? suction)(working, group);
-        if (tool.removes === 'drill') rest = rest.slice(0, -1); // the burr again
+        rest = rest.filter((capsule) => capsule !== real?.capsule);
     } else if (tool.kind === 'probe' && rest.length === 1 && length === 0) {
         const behind = frame(at, axis);
         behind.add(shaft(0.4 * radius, SHAFT * radius));
