@@ -39,7 +39,6 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      false,
      0},
     {"fitted", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 0},
-    {"removed", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 2},
     {"touching",
      2,
      {{"bed", {0.0, 0.0, 0.0}, 0.02}, {"gall", {0.0, 0.0, 0.027}, 0.015}},
@@ -54,6 +53,7 @@ const SessionScene session_scenes[SESSION_SCENES] = {
      true,
      false,
      0},
+    {"removed", 1, {{"organ", {0.0, 0.0, 0.0}, 0.03}}, true, true, false, 2},
 };
 
 const char *session_scene(const SessionScene *scene, const char *precision, int threads)
