@@ -167,7 +167,7 @@ static void expect_smooth(CutShape shape, LipCase kind, const Quality *sum)
     const bool coarse = shape == CUT_GALLBLADDER;
     expect_at_most(sum->largest, bent ? (coarse ? 0.8 : 0.55) : coarse ? 0.35 : 0.25);
     // The path itself is not as good.
-    assert_true(sum->path > 0.2);
+    assert_true(sum->path > 0.15);
     // Where a cut takes off the end of a mesh of 258 nodes, two of its three or four nodes may be
     // shown in one place.
     if (!bent)
@@ -184,7 +184,7 @@ TEST(lips_lie_on_the_sheet_of_the_blade)
             Quality sum = {0};
             double worst = 0.0;
             int cuts = 0;
-            for (int trial = 0; trial < TRIALS(8, 200); trial++) {
+            for (int trial = 0; trial < TRIALS(5, 200); trial++) {
                 Quality quality;
                 if (!try_cut(&model, (LipCase)kind, &seed, &quality))
                     continue;
