@@ -9,7 +9,8 @@
 
 enum { OUTER = 1, BALL = 2, TISSUES = 2 };
 
-static const SolidMaterial MATERIALS[TISSUES] = {{1e4, 0.0, 1000.0}, {2e4, 0.0, 1100.0}};
+static const SolidMaterial MATERIALS[TISSUES] = {{.youngs_modulus = 1e4, .density = 1000.0},
+                                                 {.youngs_modulus = 2e4, .density = 1100.0}};
 static const char *const NAMES[TISSUES] = {"liver", "tumour"};
 
 // A cube of 0.1 m at the origin with a ball of the second material in it.
