@@ -51,9 +51,10 @@ static bool find_shares(Vec3 way, Vec3 a, Vec3 b, double share[2])
 
 // Writes a crossing at rest: its point has the same weights, the line of the sheet in the face the
 // same shares of the face's edges, and the sheet leans as much.
-static void write_crossing(const Level *level, const CutTissue *tissue, const Vec3 *rest, int face,
-                           const FacePoint *point, LipCrossing *crossing)
+static void write_crossing(const CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
+                           int edge, int face, const FacePoint *point, LipCrossing *crossing)
 {
+    const Level *level = finder->level;
     Vec3 x[3], r[3], at = vec3(0.0, 0.0, 0.0);
     corners_of(tissue, face, x);
     for (int k = 0; k < 3; k++) {
@@ -72,10 +73,13 @@ static void write_crossing(const Level *level, const CutTissue *tissue, const Ve
     const Vec3 normal =
         vec3_unit(vec3_madd(vec3_scale(sqrt(fmax(0.0, 1.0 - lean * lean)), across), lean, rest_up));
     const double length = vec3_length(normal);
-    if (!vec3_finite(at) || !(fabs(length - 1.0) < 1e-6))
+    const int *end = level->edge[edge];
+    const Vec3 middle = vec3_scale(0.5, vec3_add(rest[end[0]], rest[end[1]]));
+    if (!(vec3_length(vec3_sub(at, middle)) < LIP_CROSSING_MOST * finder->h) ||
+        !(fabs(length - 1.0) < 1e-6))
         return;
-    *crossing = (LipCrossing){{(float)at.x, (float)at.y, (float)at.z},
-                              {(float)normal.x, (float)normal.y, (float)normal.z}};
+    crossing[edge] = (LipCrossing){{(float)at.x, (float)at.y, (float)at.z},
+                                   {(float)normal.x, (float)normal.y, (float)normal.z}};
 }
 
 // Finds the nearest point of a sweep, and the normal of its triangle there.
@@ -148,7 +152,7 @@ void cut_lips_whole(const CutFinder *finder, const CutTissue *tissue, const Blad
                 in = face[s];
             }
         if (in >= 0 && least_weight(&best) > WEIGHT_LEAST)
-            write_crossing(level, tissue, rest, in, &best, &crossing[e]);
+            write_crossing(finder, tissue, rest, e, in, &best, crossing);
     }
 }
 
@@ -177,7 +181,7 @@ void cut_lips_tick(CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
             FacePoint point = {{centre, centre, centre}, meeting.normal};
             point.weight[k] += 0.5 * out;
             point.weight[(k + 1) % 3] += 0.5 * out;
-            write_crossing(level, tissue, rest, face, &point, &crossing[e]);
+            write_crossing(finder, tissue, rest, e, face, &point, crossing);
         }
     }
     for (int i = 0; i < finder->count; i++)

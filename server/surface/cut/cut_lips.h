@@ -9,7 +9,8 @@
 
 #include "surface/cut/cut_find.h"
 
-#define LIP_MOST 0.8 // [h] no vertex is shown farther from where it is at rest
+#define LIP_CROSSING_MOST 3.0 // [h] of a crossing from the middle of its edge at rest
+#define LIP_MOST          0.8 // [h] no vertex is shown farther from where it is at rest
 
 enum { LIPS_RING = 32 }; // a vertex with more faces around it has no lips
 

@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-#define CROSSING_MOST 3.0 // [h] of a crossing from the middle of its edge, in a sound state
-
 void detail_lips_create(Detail *detail, Arena *arena, StateList *state)
 {
     const char *name = detail->options.body.name;
@@ -91,7 +89,7 @@ bool detail_lips_check(const LeafSet *set)
 {
     static const LipCrossing none;
     const DetailCut *cut = set->cut;
-    const double most = CROSSING_MOST * cut->finder.h;
+    const double most = 1.001 * LIP_CROSSING_MOST * cut->finder.h; // with rounding
     for (int e = 0; e < cut->uncut.edge_count; e++) {
         const LipCrossing *c = &cut->crossing[e];
         if (memcmp(c, &none, sizeof none) == 0)
