@@ -12,7 +12,7 @@
 
 enum {
     NODES_IN_CHUNK = 4096,      // 49 kB: below one datagram
-    NODES_IN_LOOK_CHUNK = 4096, // 25 kB, which the server finds within half a millisecond
+    NODES_IN_LOOK_CHUNK = 2048, // 12 kB, which the server finds within half a millisecond
     TRIANGLES_IN_CHUNK = 2048,  // with NODES_IN_MESH_CHUNK 46 kB
     NODES_IN_MESH_CHUNK = 1024,
 };

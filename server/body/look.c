@@ -53,36 +53,84 @@ static int nearest_label(const LookGrid *grid, const double place[3], int reach)
     return label;
 }
 
-static int label_at(const LookGrid *grid, const float rest[3])
+// The voxels around a place: the lowest corner, and how much of the way to the next one it is.
+typedef struct Around {
+    int low[3];
+    double share[3];
+} Around;
+
+static double corner_of(const Around *around, int corner, int at[3])
+{
+    double weight = 1.0;
+    for (int a = 0; a < 3; a++) {
+        const int upper = corner >> a & 1;
+        weight *= upper ? around->share[a] : 1.0 - around->share[a];
+        at[a] = around->low[a] + upper;
+    }
+    return weight;
+}
+
+// Mixes the labels around a place. False if all is void there.
+static bool mix_labels(const BodyLook *look, const double place[3], LookColours *colours)
+{
+    const LookGrid *grid = &look->labels;
+    Around around;
+    double all = 0.0, sum[6] = {0.0};
+    for (int a = 0; a < 3; a++) {
+        around.low[a] = (int)floor(place[a]);
+        around.share[a] = place[a] - around.low[a];
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        int at[3];
+        const double weight = corner_of(&around, corner, at);
+        bool inside = weight > 0.0;
+        for (int a = 0; a < 3; a++)
+            inside = inside && at[a] >= 0 && at[a] < grid->count[a];
+        const int label = inside ? grid->value[index_of(grid, at[0], at[1], at[2])] : 0;
+        if (label == 0)
+            continue;
+        all += weight;
+        for (int c = 0; c < 3; c++) {
+            sum[c] += weight * look->of_label[label].outside[c];
+            sum[3 + c] += weight * look->of_label[label].inside[c];
+        }
+    }
+    for (int c = 0; c < 3 && all > 0.0; c++) {
+        colours->outside[c] = (unsigned char)lrint(sum[c] / all);
+        colours->inside[c] = (unsigned char)lrint(sum[3 + c] / all);
+    }
+    return all > 0.0;
+}
+
+static void labels_at(const BodyLook *look, const float rest[3], LookColours *colours)
 {
     double place[3];
     int label = 0;
-    find_place(grid, rest, place);
-    // Most nodes lie in a voxel of the body, or beside one.
-    for (int reach = 0; reach <= 2 && label == 0; reach++)
-        label = nearest_label(grid, place, reach);
-    return label;
+    find_place(&look->labels, rest, place);
+    if (mix_labels(look, place, colours))
+        return;
+    for (int reach = 1; reach <= 2 && label == 0; reach++)
+        label = nearest_label(&look->labels, place, reach);
+    if (label > 0)
+        *colours = look->of_label[label];
 }
 
 static void image_at(const LookGrid *grid, const float rest[3], unsigned char colour[3])
 {
-    double place[3], share[3], sum[3] = {0.0, 0.0, 0.0};
-    int low[3];
+    double place[3], sum[3] = {0.0};
+    Around around;
     find_place(grid, rest, place);
     // At its border an image goes on as it is there.
     for (int a = 0; a < 3; a++) {
         const double inside = fmin(fmax(place[a], 0.0), grid->count[a] - 1.0);
-        low[a] = (int)inside;
-        share[a] = inside - low[a];
+        around.low[a] = (int)inside;
+        around.share[a] = inside - around.low[a];
     }
     for (int corner = 0; corner < 8; corner++) {
         int at[3];
-        double weight = 1.0;
-        for (int a = 0; a < 3; a++) {
-            const int upper = corner >> a & 1;
-            weight *= upper ? share[a] : 1.0 - share[a];
-            at[a] = low[a] + upper < grid->count[a] ? low[a] + upper : low[a];
-        }
+        const double weight = corner_of(&around, corner, at);
+        for (int a = 0; a < 3; a++)
+            at[a] = at[a] < grid->count[a] ? at[a] : grid->count[a] - 1;
         const unsigned char *value = &grid->value[3 * index_of(grid, at[0], at[1], at[2])];
         for (int c = 0; c < 3; c++)
             sum[c] += weight * value[c];
@@ -94,11 +142,8 @@ static void image_at(const LookGrid *grid, const float rest[3], unsigned char co
 LookColours look_colours(const BodyLook *look, const float rest[3])
 {
     LookColours colours = look->usual;
-    if (look->labels.count[0] > 0) {
-        const int label = label_at(&look->labels, rest);
-        if (label > 0)
-            colours = look->of_label[label];
-    }
+    if (look->labels.count[0] > 0)
+        labels_at(look, rest, &colours);
     if (look->image.count[0] > 0)
         image_at(&look->image, rest, colours.inside);
     return colours;

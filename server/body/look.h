@@ -44,9 +44,10 @@ static inline bool look_varies(const BodyLook *look)
 // neighbours along the axes, which are perpendicular.
 LookGrid look_grid(const int count[3], Vec3 origin, const Vec3 step[3], const unsigned char *value);
 
-// Finds the colours of a node that lies there at rest [m]: those of the label around it, or of the
-// nearest one at most two voxels away, since a smooth surface leaves the cells; inside, if there is
-// an image, its colour there, linear between the middles of its voxels.
+// Finds the colours of a node that lies there at rest [m]: those of the labels around it, linear
+// between the middles of voxels so that borders have no steps, without void ones; or, since a
+// smooth surface leaves the cells, of the nearest label at most two voxels away. Inside, if there
+// is an image, its colour there, linear likewise.
 LookColours look_colours(const BodyLook *look, const float rest[3]);
 
 #endif
