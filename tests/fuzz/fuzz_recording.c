@@ -88,6 +88,13 @@ static void read_as_player(const char *path)
             const double time = recording_reader_frame(reader, b, f).time;
             MUST(recording_reader_find_frame(reader, b, time) == f);
         }
+        int numbers[2][64];
+        unsigned char colour[64][RECORDING_COLOURS];
+        const int64_t rows = recording_reader_look_rows(reader, b);
+        Status look = {0};
+        if (rows > 0)
+            recording_reader_look(reader, b, rows > 64 ? rows - 64 : 0, rows > 64 ? 64 : (int)rows,
+                                  numbers[0], numbers[1], colour, &look);
         free(position);
         free(id);
         free(origin);

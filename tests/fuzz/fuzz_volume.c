@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "scene/build_parts.h"
 #include "io/volume_import.h"
+#include "io/volume_picture.h"
 
 #include <unistd.h>
 
@@ -58,12 +59,31 @@ static void check_lists(const char *path)
     volume_destroy(&volume);
 }
 
+// The same file as an image around a body where it may be.
+static void check_picture(const char *path)
+{
+    Lattice lattice;
+    VolumePicture picture;
+    Status status = {0};
+    MUST(lattice_create(&lattice, (const int[3]){2, 2, 2}, 1e-3, &status));
+    memset(lattice.label, 1, 8);
+    const bool ok = volume_import_picture(path, &lattice, &(PicturePlace){.scale = 1.0}, 0.0, 0.0,
+                                          &picture, &status);
+    MUST(ok == (status.code == STATUS_OK) && ok == (picture.colour != NULL));
+    MUST(ok || strchr(status.text, '\n') == NULL);
+    for (int a = 0; a < 3 && ok; a++)
+        MUST(picture.count[a] >= 1);
+    volume_picture_destroy(&picture);
+    lattice_destroy(&lattice);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     log_set_level(LOG_ERROR);
     if (size > 1 << 16)
         return 0;
     const char *path = write_files(data, size);
+    check_picture(path);
     LabelVolume volume;
     Status status = {0};
     bool ok = volume_import(path, 1, &volume, &status);
