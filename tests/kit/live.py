@@ -36,6 +36,7 @@ assert [list(row) for row in first.position] == [list(row) for row in rows(first
 assert list(first.position[-1]) == [first.position[161, k] for k in range(3)] and len(first.position[:2]) == 2
 assert all(0 <= corner < 162 for triangle in rows(first.triangle) for corner in triangle)
 assert rows(first.id) == rows(first.origin) and set(rows(first.piece)) == {0} and set(rows(first.level)) == {0}
+assert first.color is None and first.inside is None  # the scene names none
 try:
     first.position[0, 0] = 0.0
     raise AssertionError("a frame can be written to")
