@@ -470,6 +470,10 @@ test('a_drag_with_a_remover_holds_its_pedal_down', options, async () => {
     assert.deepEqual({ grip, active }, { grip: 1, active: true });
     await page.mouse.up();
     await until('the pedal is up', () => session.got.at(-1).grip === 0 && !session.got.at(-1).active);
+    session.text({ type: 'event', kind: 'remove', text: "tool 9: 4 cells of body 'ball' removed, 171.5 mm3, 0.18 g",
+        body: 'ball', step: 1, utime: 1 });
+    await until('it is told what came of it', async () =>
+        (await hint()) === "Removed: 4 cells of body 'ball' removed, 171.5 mm3, 0.18 g");
     await page.keyboard.press('1');
 });
 

@@ -54,7 +54,7 @@ export class Hand {
         this.ties = new Ties(world, trail);
         this.timer = 0;
         this.chosen = null; // id of the tool that its kind of drag uses; null: the first
-        this.stroke = null; // the newest of a blade: {tool, cut (what was reported), why (it was not), over}
+        this.stroke = null; // the newest of a blade or remover: {tool, done (what was reported), why (it was not), over}
         this.touch = matchMedia('(pointer: coarse)').matches; // a finger, until a mouse is used
         this.pick = this.pick.bind(this);
         this.pose = new Pose(world.link);
@@ -141,7 +141,7 @@ export class Hand {
         if (!this.drag) return; // the camera's
         stage.controls.enabled = false;
         this.drag.pointer = event.pointerId;
-        this.stroke = this.drag.kind === 'blade' ? { tool: this.drag.tool, cut: [], why: '', over: false } : null;
+        this.stroke = /^(blade|remove)$/.test(this.drag.kind) ? { tool: this.drag.tool, done: [], why: '', over: false } : null;
         stage.canvas.setPointerCapture(event.pointerId);
         stage.canvas.style.cursor = this.cursor(intent);
         this.world.told('');
@@ -294,25 +294,26 @@ export class Hand {
         if (drag?.kind === 'pull' && drag.tool.id === Number(id) && /^(grasp|slipped)$/.test(kind))
             drag.slipped = kind === 'slipped';
         if (stroke && kind === 'stopped') stroke.why = `the server stood still ${text}`;
-        else if (stroke?.tool.id !== Number(id) || !/^(cut|cut_refused|jump|withdrawn)$/.test(kind)) return;
+        else if (stroke?.tool.id !== Number(id) || !/^((cut|remove)(_refused)?|jump|withdrawn)$/.test(kind)) return;
         else if (/^ignored/.test(said)) return; // one pose of many
-        else if (kind === 'cut') stroke.cut.push(said);
+        else if (kind === 'cut' || kind === 'remove') stroke.done.push(said);
         else stroke.why = said;
         if (stroke.over) this.tellStroke(stroke);
     }
 
-    // What came of a blade's stroke: what was cut, by body, and why the rest was not.
+    // What came of a blade's stroke or of a remover: what was done, by body, and why not more.
     tellStroke(stroke) {
         if (stroke !== this.stroke || this.drag) return; // another one follows
-        const { tool, cut, why } = stroke;
-        this.world.told(!cut.length ? `Nothing was cut: ${why || `${tool.title} met no tissue that is cuttable`}`
-            : `Cut: ${cut.join('; ')}${why ? `. Not on all of the way: ${why}` : ''}`);
+        const { tool, done, why } = stroke, [did, nothing] = tool.kind === 'blade'
+            ? ['Cut', `Nothing was cut: ${why || `${tool.title} met no tissue that is cuttable`}`]
+            : ['Removed', `Nothing was removed: ${why || `${tool.title} met no tissue that it can take`}`];
+        this.world.told(done.length ? `${did}: ${done.join('; ')}${why ? `. Not on all of the way: ${why}` : ''}` : nothing);
     }
 
     awaitStroke(stroke, waits = STROKE_WAITS) {
         setTimeout(() => {
             if (stroke.tool.active && waits > 1) this.awaitStroke(stroke, waits - 1);
-            else if (!stroke.cut.length) this.tellStroke(stroke);
+            else if (!stroke.done.length) this.tellStroke(stroke);
         }, STROKE_ENDS);
     }
 
@@ -379,10 +380,10 @@ export class Hand {
         if (drag.kind === 'tie') return this.ties.end(this.pick, givenUp);
         if (drag.tool) this.pose.withdraw();
         this.world.told(drag.slipped ? slipped(drag.tool) : '');
-        if (drag.kind !== 'blade') return;
         const { stroke } = this;
+        if (!stroke) return;
         stroke.over = true;
-        if (stroke.cut.length || stroke.why) this.tellStroke(stroke);
+        if (stroke.done.length || stroke.why) this.tellStroke(stroke);
         this.awaitStroke(stroke);
     }
 }
