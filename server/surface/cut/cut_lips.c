@@ -442,7 +442,7 @@ static Room room_of(const LipMesh *mesh, const Turn *turn, int count)
 {
     for (int i = 0; i < count; i++) {
         const unsigned broken = mesh->broken[turn[i].face], k = (unsigned)turn[i].corner;
-        if (broken == 7)
+        if ((broken & 7) == 7) // whatever else is known of the face
             return ROOM_CHIP;
         if ((broken >> (k + 1) % 3 & 1) != 0) // the side opposite to the vertex
             return ROOM_BEHIND;
