@@ -109,6 +109,8 @@ static void print_region(const PliantRegion *r, FILE *out)
                 r->distance >= 0.0 && r->distance < r->margin ? "NOT kept" : "kept");
     if (r->keep || r->touched)
         fprintf(out, ", %s", r->touched ? "TOUCHED" : "untouched");
+    if (r->time > 0.0)
+        fprintf(out, ", tools were inside for %.2f s", r->time);
     fputc('\n', out);
 }
 

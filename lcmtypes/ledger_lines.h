@@ -41,6 +41,7 @@ static inline void ledger_send_region(pliant_ledger_region_t *to, const Recordin
                                    .touched = (line->flag & LEDGER_TOUCHED) != 0,
                                    .margin = line->value[LEDGER_MARGIN],
                                    .distance = line->value[LEDGER_DISTANCE],
+                                   .time = line->value[LEDGER_TIME],
                                    .body = ledger_text(line->body),
                                    .by = ledger_text(line->by)};
 }
@@ -112,6 +113,7 @@ static inline int ledger_lines(const pliant_ledger_t *message, RecordingLedger l
         snprintf(to->by, sizeof to->by, "%s", from->by);
         to->value[LEDGER_MARGIN] = from->margin;
         to->value[LEDGER_DISTANCE] = from->distance;
+        to->value[LEDGER_TIME] = from->time;
     }
     return count;
 }

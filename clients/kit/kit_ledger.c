@@ -44,6 +44,7 @@ static PliantRegion *copy_regions(const pliant_ledger_t *m)
                                    .touched = r->touched,
                                    .margin = r->margin,
                                    .distance = r->distance,
+                                   .time = r->time,
                                    .body = r->body,
                                    .by = r->by};
     }

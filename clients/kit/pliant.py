@@ -103,7 +103,7 @@ class _Sections(ctypes.Structure):
 
 class _Region(ctypes.Structure):
     _fields_ = [("name", c_char_p), ("keep", c_bool), ("touched", c_bool), ("margin", c_double),
-                ("distance", c_double), ("body", c_char_p), ("by", c_char_p)]
+                ("distance", c_double), ("time", c_double), ("body", c_char_p), ("by", c_char_p)]
 
 
 class _Ledger(ctypes.Structure):

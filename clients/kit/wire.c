@@ -45,7 +45,7 @@ const WireType WIRE_CLAIM = {"lllll", __pliant_claim_t_get_hash, "claim_t"};
 const WireType WIRE_PLAYBACK = {"l ii bbb 7d l i n *0d *0s *0s nn *1i *2f",
                                 __pliant_playback_t_get_hash, "playback_t"};
 const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash, "event_t"};
-const WireType WIRE_LEDGER = {"l i l d nnn *0(sbdd) *1(ssdddddd) *2(sbbddss)",
+const WireType WIRE_LEDGER = {"l i l d nnn *0(sbdd) *1(ssdddddd) *2(sbbdddss)",
                               __pliant_ledger_t_get_hash, "ledger_t"};
 
 enum { WALK_COUNTS = 4 };

@@ -101,6 +101,7 @@ static void put_region(const Score *score, const RecordingLedger *line, FILE *ou
     score_put_text(line->name, out);
     put_value("margin", "m", line->value[LEDGER_MARGIN], out);
     put_value("distance", "m", distance_of(line), out);
+    put_value("time", "s", line->value[LEDGER_TIME], out);
     fputs(", \"body\": ", out);
     score_put_text(line->body, out);
     fputs(", \"by\": ", out);
@@ -177,6 +178,7 @@ void score_ledger_csv(const Score *score, FILE *out)
         } else {
             put_row("region", line->name, "margin", line->value[LEDGER_MARGIN], "m", out);
             put_row("region", line->name, "distance", distance_of(line), "m", out);
+            put_row("region", line->name, "time", line->value[LEDGER_TIME], "s", out);
             put_row("region", line->name, "touched", (line->flag & LEDGER_TOUCHED) != 0, "1", out);
             put_row("region", line->name, "kept", is_kept(line), "1", out);
         }
@@ -226,9 +228,10 @@ static void put_region_table(const Score *score, FILE *out)
         if (line->line != LEDGER_REGION)
             continue;
         if (regions++ == 0)
-            fputs("<table class=\"wide\"><tr><th>region</th><th>nearest [mm]</th><th>by</th>"
-                  "<th>margin [mm]</th><th>touched</th><th>kept</th></tr>\n",
-                  out);
+            fputs(
+                "<table class=\"wide\"><tr><th>region</th><th>nearest [mm]</th><th>by</th>"
+                "<th>margin [mm]</th><th>tools inside [s]</th><th>touched</th><th>kept</th></tr>\n",
+                out);
         fputs("<tr><td>", out);
         score_put_html(line->name, out);
         fputs("</td>", out);
@@ -239,6 +242,7 @@ static void put_region_table(const Score *score, FILE *out)
         put_cell(line->value[LEDGER_MARGIN] > 0.0 ? 1e3 * line->value[LEDGER_MARGIN]
                                                   : SCORE_UNKNOWN,
                  out);
+        put_cell(line->value[LEDGER_TIME], out);
         fprintf(out, "<td>%s</td><td>%s</td></tr>\n", line->flag & LEDGER_TOUCHED ? "yes" : "no",
                 is_kept(line) ? "yes" : "no");
     }

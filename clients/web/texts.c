@@ -322,6 +322,7 @@ static json_t *ledger_region(const pliant_ledger_region_t *region)
     put(object, "touched", json_boolean(region->touched));
     put(object, "margin", json_real(region->margin));
     put(object, "distance", json_real(region->distance));
+    put(object, "time", json_real(region->time));
     put(object, "body", string(region->body));
     put(object, "by", string(region->by));
     return object;

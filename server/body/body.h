@@ -232,6 +232,9 @@ typedef struct BodyOps {
     // Returns the areas that were opened, and how near that was to watched regions. NULL: unknown,
     // and the account changes with the topology alone.
     const BodySections *(*sections)(const void *model);
+    // Notes that a tool is there in this tick [m], for the watched regions, which move with the
+    // tissue. Comes with `sections`.
+    void (*visit)(void *model, Vec3 place);
 
     // --- changes while running (SET): false when the model has no such parameter ---
     bool (*set)(void *model, BodyParameter parameter, double value);

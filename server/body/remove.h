@@ -73,12 +73,14 @@ typedef struct RegionAccount {
     double distance;    // shortest one so far [m]; INFINITY: nothing was cut or removed
     AccountCause cause; // of what is there
     bool touched;       // something inside was cut or removed
+    int64_t visits;     // ticks that tools were inside, of each tool
 } RegionAccount;
 
 // What was opened in a body, owned by the model.
 typedef struct BodySections {
     int64_t version;  // another one whenever this or the account has changed
     double cut, torn; // areas at rest, one side counts [m2]
+    int64_t visits;   // of all regions; no part of the version
     int region_count;
     const RegionAccount *region; // by BodyOptions.watch
 } BodySections;

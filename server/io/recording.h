@@ -115,7 +115,8 @@ enum {
     LEDGER_REMOVED,
     LEDGER_COAGULATED,
 };
-enum { LEDGER_MARGIN, LEDGER_DISTANCE }; // distance -1: nothing was cut or removed
+// Distance -1: nothing was cut or removed; time [s].
+enum { LEDGER_MARGIN, LEDGER_DISTANCE, LEDGER_TIME };
 
 typedef struct Recording Recording;
 

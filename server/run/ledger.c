@@ -50,16 +50,27 @@ LedgerClock ledger_clock(Sim *sim)
     return clock;
 }
 
+static int64_t visits_of(Sim *sim)
+{
+    int64_t visits = 0;
+    for (int b = 0; b < sim_body_count(sim); b++)
+        visits += sections_of(sim, b) != NULL ? sections_of(sim, b)->visits : 0;
+    return visits;
+}
+
 bool ledger_is_due(LedgerClock *clock, Sim *sim, bool now)
 {
     if (!clock->on)
         return false;
-    const int64_t step = sim_steps(sim), version = version_of(sim);
-    const bool early = clock->drawn && step >= clock->step &&
-                       (double)(step - clock->step) * sim_tick(sim) * LEDGER_HZ < 1.0;
-    if ((clock->drawn && version == clock->version) || (early && !now))
+    const int64_t step = sim_steps(sim), version = version_of(sim), visits = visits_of(sim);
+    const double age = (double)(step - clock->step) * sim_tick(sim); // below 0 after a reset
+    const bool first = !clock->drawn || age < 0.0;
+    const bool changed = version != clock->version, visited = visits != clock->visits;
+    if (!first && !(changed && (now || age * LEDGER_HZ >= 1.0)) &&
+        !(visited && (now || age >= 1.0)))
         return false;
-    *clock = (LedgerClock){.on = true, .version = version, .step = step, .drawn = true};
+    *clock = (LedgerClock){
+        .on = true, .version = version, .visits = visits, .step = step, .drawn = true};
     return true;
 }
 
@@ -104,12 +115,14 @@ static void add_region(Ledger *ledger, Sim *sim, const SceneRegion *region, int 
     RegionAccount nearest = {.distance = (double)INFINITY};
     const char *body = "";
     bool touched = false;
+    int64_t visits = 0;
     for (int b = 0; b < sim_body_count(sim); b++) {
         const BodySections *sections = sections_of(sim, b);
         if (sections == NULL || index >= sections->region_count)
             continue;
         const RegionAccount *of = &sections->region[index];
         touched |= of->touched;
+        visits = of->visits > visits ? of->visits : visits;
         if (of->distance < nearest.distance) {
             nearest = *of;
             body = sim_body(sim, b)->name;
@@ -119,6 +132,7 @@ static void add_region(Ledger *ledger, Sim *sim, const SceneRegion *region, int 
     snprintf(line->by, sizeof line->by, "%s", word_of(nearest.cause));
     line->flag = (region->keep ? LEDGER_KEEP : 0) | (touched ? LEDGER_TOUCHED : 0);
     line->value[LEDGER_MARGIN] = region->margin;
+    line->value[LEDGER_TIME] = (double)visits * sim_tick(sim);
     line->value[LEDGER_DISTANCE] = isfinite(nearest.distance) ? nearest.distance : -1.0;
 }
 

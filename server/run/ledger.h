@@ -20,6 +20,7 @@ typedef struct Ledger {
 typedef struct LedgerClock {
     bool on;         // some body has an account
     int64_t version; // of the accounts
+    int64_t visits;  // to regions
     int64_t step;
     bool drawn;
 } LedgerClock;
@@ -28,7 +29,8 @@ typedef struct LedgerClock {
 size_t ledger_bytes(Sim *sim, const Scene *scene);
 // Starts the clock.
 LedgerClock ledger_clock(Sim *sim);
-// True if a ledger is due: it changed, and the last one is old enough, or `now`.
+// True if a ledger is due: it changed, and the last one is old enough, or `now`. Time that passes
+// in regions makes one due once a second.
 bool ledger_is_due(LedgerClock *clock, Sim *sim, bool now);
 // Draws it up. Between two ticks; allocates nothing.
 void ledger_draw(Ledger *ledger, Sim *sim, const Scene *scene);

@@ -32,6 +32,7 @@ typedef enum StageId {
     STAGE_CONTACT,       // contact forces inside the substeps
     STAGE_WRENCHES,      // impulses to wrenches
     STAGE_CHECK,         // numbers finite; else restore
+    STAGE_WATCH,         // time that tools are in regions
     STAGE_TIES,          // ties by message that break
     STAGE_STIFFNESS,     // contact stiffness, a part of it per tick
     STAGE_ESTIMATE,      // tried steps for the error estimate (the runner's, in the time left)

@@ -575,6 +575,33 @@ static void check_numbers(Sim *sim)
     guard_wrenches(sim);
 }
 
+static bool is_watched(const Sim *sim, int b)
+{
+    const BodyOps *ops = sim->body[b].ops;
+    return ops->visit != NULL && ops->sections(sim->body[b].model)->region_count > 0;
+}
+
+static bool has_watched_regions(const Sim *sim)
+{
+    for (int b = 0; b < sim->body_count; b++)
+        if (is_watched(sim, b) && has_probes(sim))
+            return true;
+    return false;
+}
+
+// Notes where tools are, as recordings do: where bodies feel them.
+static void watch_tools(Sim *sim)
+{
+    for (int b = 0; b < sim->body_count && !sim->settling; b++)
+        for (int t = 0; is_watched(sim, b) && t < sim->tool_count; t++) {
+            const ToolMotion *motion = &sim->motion[t];
+            const ToolWrench *wrench = &sim->wrench[t];
+            if (sim->tool[t].kind != TOOL_STATIC && motion->active)
+                sim->body[b].ops->visit(sim->body[b].model,
+                                        wrench->contact ? wrench->position : motion->end_position);
+        }
+}
+
 static bool has_ties(const Sim *sim)
 {
     return sim->ties != NULL;
@@ -618,6 +645,7 @@ static const struct {
     [STAGE_CONTACT] = {"contact", has_shapes, NULL},
     [STAGE_WRENCHES] = {"wrenches", has_tools, take_wrenches},
     [STAGE_CHECK] = {"check", always, check_numbers},
+    [STAGE_WATCH] = {"watch", has_watched_regions, watch_tools},
     [STAGE_TIES] = {"ties", has_ties, ties_stage},
     [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
     [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},

@@ -246,7 +246,8 @@ static const char *voxel_isa(const void *self)
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
                 .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
-                .account = cut_body_account, .sections = cut_body_sections
+                .account = cut_body_account, .sections = cut_body_sections,                        \
+                .visit = cut_body_visit
 #define TEARS .tear = cut_body_tear
 #define HEATS .conduct = cut_body_conduct
 

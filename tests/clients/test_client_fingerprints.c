@@ -17,7 +17,7 @@ static const Fingerprint PUBLISHED[] = {
     {"pliant_command_t", 0xcb038eea8be21f52},       {"pliant_contact_t", 0x4e0376a28edf41da},
     {"pliant_cut_t", 0x6d0efac2cb844dd1},           {"pliant_event_t", 0xce1dc83f7018c10d},
     {"pliant_hello_t", 0x1021550bd19bf4a6},         {"pliant_ledger_body_t", 0x9cfa83911e1844da},
-    {"pliant_ledger_region_t", 0x0b0a2bd3e0ca9d80}, {"pliant_ledger_t", 0xa9a3b3399226b55d},
+    {"pliant_ledger_region_t", 0x854b9fc064b0e070}, {"pliant_ledger_t", 0x9e269b1299f33b3c},
     {"pliant_ledger_tissue_t", 0x26df9e3681bdfe93}, {"pliant_load_t", 0x82f1551aa90e215f},
     {"pliant_look_t", 0x535de1fe520299d2},          {"pliant_mesh_delta_t", 0x13e78e83dd7fe244},
     {"pliant_mesh_t", 0x426ccbe492320638},          {"pliant_nodes_t", 0xb6e1f452106590ca},

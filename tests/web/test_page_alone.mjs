@@ -541,8 +541,8 @@ test('the_ledger_shows_amounts_and_regions_that_were_not_kept', options, async (
     const ledger = { type: 'ledger', step: 1, time: 0.1, body: [{ name: 'ball', solid: true, cut: 2e-4, torn: 0 }],
         tissue: [{ body: 'ball', name: 'liver', density: 1060, at_load: 1e-4, attached: 8e-5, cut_off: 1.95e-5, removed: 5e-7,
             coagulated: 0 }],
-        region: [{ name: 'tumour', keep: false, touched: false, margin: 0.005, distance: 0.003, body: 'ball', by: 'cut' },
-            { name: '<b>vessel', keep: true, touched: false, margin: 0, distance: -1, body: '', by: '' }] };
+        region: [{ name: 'tumour', keep: false, touched: false, margin: 0.005, distance: 0.003, time: 0, body: 'ball', by: 'cut' },
+            { name: '<b>vessel', keep: true, touched: false, margin: 0, distance: -1, time: 0, body: '', by: '' }] };
     await open();
     assert(await page.locator('#ledger').evaluate((node) => node.hidden));
     session.text(ledger);

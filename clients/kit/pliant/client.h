@@ -405,6 +405,7 @@ typedef struct PliantRegion {
     bool keep, touched;    // it is not to be touched; something inside was cut or removed
     double margin;         // asked for [m]; 0: none
     double distance;       // shortest one to what was cut or removed [m]; -1: nothing was
+    double time;           // that tools have spent inside, of each tool [s]
     const char *body, *by; // where that is, and what did it: "cut", "tear", "removal"; ""
 } PliantRegion;
 

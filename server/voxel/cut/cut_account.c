@@ -60,13 +60,16 @@ static void publish(CutAccount *account)
     const double unit = account->size * account->size / CROSSING_UNIT;
     account->sections.cut = (double)account->section[ACCOUNT_CUT] * unit;
     account->sections.torn = (double)account->section[ACCOUNT_TEAR] * unit;
+    account->sections.visits = 0;
     for (int r = 0; r < account->sections.region_count; r++) {
         const CutAccountRegion *from = &account->region[r];
         account->regions[r] =
             (RegionAccount){.distance = from->nearest > 0.0 ? (from->nearest - 1.0) * account->size
                                                             : (double)INFINITY,
                             .cause = (AccountCause)from->cause,
-                            .touched = from->touched != 0};
+                            .touched = from->touched != 0,
+                            .visits = from->visits};
+        account->sections.visits += from->visits;
     }
     account->version++;
 }
@@ -223,6 +226,54 @@ void cut_account_follow(CutAccount *account, bool came)
         publish(account);
 }
 
+// Returns the cell at a place at rest, also if it is gone; -1: void.
+static int cell_at(const CutAccount *account, Vec3 place)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    const Vec3 from = vec3_sub(place, account->origin);
+    int at[3];
+    for (int d = 0; d < 3; d++) {
+        const double cells = vec3_dot(from, account->along[d]) / (account->size * account->size);
+        if (!(cells >= 0.0 && cells < lattice->count[d]))
+            return -1;
+        at[d] = (int)cells;
+    }
+    const int *n = lattice->count;
+    return lattice->lut[0][((long)at[2] * n[1] + at[1]) * n[0] + at[0]];
+}
+
+// Returns where the tissue at a place is at rest, by the motion of what is at rest there.
+static Vec3 rest_of(const CutAccount *account, const Rows *rows, const void *row, Vec3 place)
+{
+    const CutLattice *lattice = account->pieces->lattice;
+    Vec3 rest = place;
+    for (int turn = 0; turn < 2; turn++) {
+        const int cell = cell_at(account, rest);
+        if (cell < 0 || cut_lattice_is_gone(lattice, cell))
+            break;
+        const int vertex = cut_lattice_nodes(lattice, cut_lattice_leaf_of(lattice, cell))[0];
+        Vec3 now, velocity;
+        rows_read(rows, row, vertex, &now, &velocity);
+        rest = vec3_sub(place, vec3_sub(now, rows_rest(rows, vertex)));
+    }
+    return rest;
+}
+
+void cut_account_visit(CutAccount *account, const Rows *rows, const void *row, Vec3 place)
+{
+    const Vec3 rest = rest_of(account, rows, row, place);
+    const int cell = cell_at(account, rest);
+    for (int r = 0; r < account->sections.region_count; r++) {
+        const WatchedRegion *watch = &account->watch[r];
+        const bool inside = watch->material == 0
+                                ? fixed_contains(&watch->region, rest)
+                                : cell >= 0 && account->tissue[cell] == watch->material - 1;
+        account->region[r].visits += inside;
+        account->regions[r].visits += inside;
+        account->sections.visits += inside;
+    }
+}
+
 void cut_account_derive(CutAccount *account)
 {
     // From any file: numbers that no account has are as good as none.
@@ -231,9 +282,11 @@ void cut_account_derive(CutAccount *account)
             account->section[c] = 0;
     for (int r = 0; r < account->sections.region_count; r++) {
         CutAccountRegion *region = &account->region[r];
+        if (region->visits < 0 || region->visits > INT64_MAX / 256)
+            region->visits = 0;
         if (!(region->nearest >= 1.0 && isfinite(region->nearest)) ||
             region->cause <= ACCOUNT_NOTHING || region->cause >= ACCOUNT_CAUSES)
-            *region = (CutAccountRegion){.nearest = 0.0};
+            *region = (CutAccountRegion){.nearest = 0.0, .visits = region->visits};
     }
     cut_account_count(account);
 }

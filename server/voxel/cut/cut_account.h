@@ -6,6 +6,7 @@
 #define PLIANT_VOXEL_CUT_CUT_ACCOUNT_H
 
 #include "body/remove.h"
+#include "body/rows.h"
 #include "voxel/cut/cut_cross.h"
 #include "voxel/cut/cut_pieces.h"
 
@@ -14,6 +15,7 @@ typedef struct CutAccountRegion {
     double nearest; // 0: nothing yet, else 1 + its distance [cells]
     int64_t cause;  // AccountCause
     int64_t touched;
+    int64_t visits;
 } CutAccountRegion;
 
 typedef struct CutAccount {
@@ -63,6 +65,8 @@ void cut_account_follow(CutAccount *account, bool came);
 // As BodyOps.account and BodyOps.sections.
 int cut_account_tissues(const CutAccount *account, TissueAccount *to, int capacity);
 const BodySections *cut_account_sections(CutAccount *account);
+// As BodyOps.visit, in this state of the rows.
+void cut_account_visit(CutAccount *account, const Rows *rows, const void *row, Vec3 place);
 // After the state was replaced.
 void cut_account_derive(CutAccount *account);
 

@@ -217,6 +217,13 @@ const BodySections *cut_body_sections(const void *self)
     return cut_account_sections(&((const VoxelModel *)self)->cuts->account);
 }
 
+void cut_body_visit(void *self, Vec3 place)
+{
+    VoxelModel *model = self;
+    const Vertices *vertices = &model->vertices;
+    cut_account_visit(&model->cuts->account, &vertices->rows, vertices_row(vertices), place);
+}
+
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)
 {
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",

@@ -65,6 +65,7 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 void cut_body_restored(VoxelCuts *cuts, Body *body);
 int cut_body_account(const void *self, TissueAccount *account, int capacity);
 const BodySections *cut_body_sections(const void *self);
+void cut_body_visit(void *self, Vec3 place);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
 // --- creation of what other bodies do not have; load time ---

@@ -333,6 +333,36 @@ TEST(removal_has_the_distance_of_its_wall)
     }
 }
 
+// Ticks count that a tool is inside, where the tissue is now: the whole body has moved by two
+// cells, and the label with it.
+TEST(time_in_regions_follows_the_tissue)
+{
+    VoxelWorldOptions options = cube_with_ball(20, vec3(0.0, 0.0, 0.0), 0.02);
+    const WatchedRegion watch[] = {
+        {.material = BALL},
+        {.region = {.kind = FIXED_BOX, .low = {0.03, -1.0, -1.0}, .high = {1.0, 1.0, 1.0}}}};
+    options.body.body.watch = watch;
+    options.body.body.watch_count = 2;
+    SCOPED(cut_world_destroy) CutWorld world;
+    cut_world_create(&world, &options);
+    Vertices *vertices = &world.model->vertices;
+    void *row = vertices->row[vertices->current];
+    for (int i = 0; i < vertices->count; i++) {
+        Vec3 x, v;
+        rows_read(&vertices->rows, row, i, &x, &v);
+        rows_write(&vertices->rows, row, i, vec3_add(x, vec3(0.01, 0.0, 0.0)), v);
+    }
+    // At rest inside the ball, now outside; the other way round; in the box; in neither.
+    const double place[] = {-0.013, 0.026, 0.043, 0.036};
+    for (int k = 0; k < 4; k++)
+        for (int tick = 0; tick <= k; tick++)
+            world.body->ops->visit(world.model, vec3(place[k], 0.001, 0.001));
+    const BodySections *sections = sections_of(&world);
+    assert_int_equal(sections->region[0].visits, 2);
+    assert_int_equal(sections->region[1].visits, 3);
+    assert_int_equal(sections->visits, 5);
+}
+
 // The floor holds the smaller piece: it is the main one.
 TEST(main_piece_is_the_one_that_is_held)
 {

@@ -55,7 +55,8 @@ export class Ledger {
         }));
         element('ledger-regions').replaceChildren(...region.map((of) => {
             const { cells, kept } = regionTexts(of);
-            return row(cells, kept ? 'kept' : 'not kept', kept ? '' : 'bad');
+            const inside = of.time > 0 ? `, tools were inside for ${figure(of.time, 1)} s` : '';
+            return row(cells, `${kept ? 'kept' : 'not kept'}${inside}`, kept ? '' : 'bad');
         }));
         element('ledger-regions').parentElement.hidden = region.length === 0;
         element('ledger-sections').textContent = body.filter(({ cut, torn }) => cut + torn > 0)
