@@ -397,7 +397,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     if (bending > 0.0 && !changes)
         bending_create(model, mesh, &winged, bending, name, arena);
     // What follows from either.
-    body->surface.node_mass = model->mass;
+    body->surface.node_mass =
+        options->body.cuttable ? model->detail->set.cut->lips.mass : model->mass;
     body->surface.longest_edge = model->basis.longest_edge;
     if (implicit)
         implicit_create(model, options, arena);

@@ -279,6 +279,8 @@ void detail_publish(Body *body)
         body->lambda += model->cavity->lambda;
         cavity_find_borders(model);
     }
+    if (set->cut != NULL)
+        detail_lips_weigh(model);
     // The mesh as clients see it.
     const MeshSlots *slots = detail->faces.slots;
     slots_describe(slots, detail_topology(detail), &body->mesh);

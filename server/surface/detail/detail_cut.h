@@ -30,6 +30,7 @@ typedef struct DetailLips {
     int count;
     int *node, *index; // [count] the node of a lip; [base_count + copy_capacity] its lip, or -1
     Lip *lip;          // [count]
+    double *mass; // [base_count + copy_capacity] that what is shown of a node resists with [kg]
 } DetailLips;
 
 // Of bodies that diathermy can act on; part of the state.
@@ -158,6 +159,8 @@ void detail_lips_rebuild(struct Detail *detail);
 void detail_lips_forget(DetailLips *lips, int node);
 // After the state was overwritten: true if cuts can have produced the crossings.
 bool detail_lips_check(const LeafSet *set);
+// After masses or lips changed: finds the masses that tools and ties reckon with.
+void detail_lips_weigh(struct SurfaceModel *model);
 // Moves what was read of a node (velocity may be NULL) to where it is shown. `rows` as in
 // rows_read.
 void detail_lips_read(const struct SurfaceModel *model, const void *rows, int node, Vec3 *position,

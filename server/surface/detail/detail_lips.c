@@ -16,6 +16,7 @@ void detail_lips_create(Detail *detail, Arena *arena, StateList *state)
     cut->lips.node = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "lips");
     cut->lips.index = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "lips of nodes");
     cut->lips.lip = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, Lip, "places of lips");
+    cut->lips.mass = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, double, "masses of lips");
     for (int i = 0; i < nodes; i++)
         cut->lips.index[i] = -1;
 }
@@ -136,6 +137,29 @@ void detail_lips_read(const SurfaceModel *model, const void *rows, int node, Vec
         *position = vec3_madd(*position, share[k], vec3_sub(other, x));
         if (velocity != NULL)
             *velocity = vec3_madd(*velocity, share[k], vec3_sub(speed, v));
+    }
+}
+
+// A force on a lip moves it by the sum of share^2 / mass of its carriers. A hanging node has no
+// mass of its own: its masters have half of it each, and two of them as much as the node would
+// have.
+void detail_lips_weigh(SurfaceModel *model)
+{
+    const Detail *detail = model->detail;
+    DetailLips *lips = &detail->set.cut->lips;
+    memcpy(lips->mass, model->mass, (size_t)detail->set.node_count * sizeof *lips->mass);
+    for (int i = 0; i < lips->count; i++) {
+        const double own = model->mass[lips->node[i]];
+        int carrier[3];
+        double share[3], yields = 0.0;
+        detail_lips_carriers(model, lips->node[i], carrier, share);
+        for (int k = 0; k < 3; k++) {
+            const double mass = model->mass[carrier[k]];
+            if (!detail->fixed[carrier[k]])
+                yields += share[k] * share[k] / (mass > 0.0 ? mass : own);
+        }
+        if (own > 0.0 && yields > 0.0)
+            lips->mass[lips->node[i]] = 1.0 / yields;
     }
 }
 
