@@ -60,7 +60,7 @@ enum { TYPE_COUNT = 10 };
 
 static inline void put_value(Bytes *bytes, const Type *type, double value, bool big)
 {
-    uint64_t bits = (uint64_t)(int64_t)value;
+    uint64_t bits = type->kind == 'f' ? 0 : (uint64_t)(int64_t)value; // which may be NaN
     float single = (float)value;
     uint32_t low;
     if (type->kind == 'f' && type->size == 4) {
