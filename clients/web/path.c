@@ -9,6 +9,9 @@ static const double STEADY = 0.06; // longest time between poses that are publis
 // believes of a hand (`fastest`), and what it does not believe lifts a blade.
 static const double BURST = 1e-3;
 static const double SHRINKS = 0.5; // as in the daemon
+// Between two of a page's poses by its own clock [s]: a tool that was withdrawn meanwhile, since
+// the page was silent for too long, begins again where it was.
+static const double LATE = 0.2;
 static const double REPEAT = 0.02; // between repeats of a pose [s]
 // From the last pose until the tool is there: the daemon follows in a measured period and by a
 // filter (`lag`). A blade that is withdrawn earlier cuts short.
@@ -78,12 +81,14 @@ static void append(ToolPath *path, const pliant_tool_pose_t *pose)
 bool path_take(ToolPath *path, const pliant_tool_pose_t *pose, double time, int64_t now_ns)
 {
     const double longest = 1e-3 * PATH_LONGEST_MS, gap = seconds(path->came_ns, now_ns);
-    if (gap > longest && path->count == 0 && pose->active) { // where it was meanwhile is not known
+    // The page's clock may be set, or missing.
+    const bool timed = time >= 0.0 && path->page_time >= 0.0;
+    const double passed = timed ? time - path->page_time : gap;
+    const bool late = timed && passed <= LATE; // its way is known, however long it took to come
+    if (gap > longest && path->count == 0 && pose->active && !late) {
         path_begin(path, pose, time, now_ns);
         return true;
     }
-    // The page's clock may be set, or missing.
-    const double passed = time >= 0.0 && path->page_time >= 0.0 ? time - path->page_time : gap;
     path->end += fmin(fmax(passed, path->count > 0 ? SHORTEST : 0.0), longest);
     path->page_time = time;
     path->reach = fmin(fmax(gap, path->reach - SHRINKS * gap), longest);
@@ -161,6 +166,8 @@ bool path_turn(ToolPath *path, int64_t now_ns, pliant_tool_pose_t *pose)
     *pose = path->last;
     const bool leaves = path->count > 0 && !path->point[0].pose.active;
     if (path->count > 0 && !(leaves && seconds(path->moved_ns, now_ns) < ARRIVES)) {
+        if (path->last.active && seconds(path->sent_ns, now_ns) > LATE)
+            return publish(path, pose, now_ns);
         const double rest = path->end - path->at;
         const double step = left > 0.0 ? rest * passed / (left + passed) : rest;
         *pose = advance(path, leaves ? path->at : path->at + fmin(step, LONGEST_STEP));

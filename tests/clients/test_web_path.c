@@ -142,6 +142,28 @@ TEST(a_page_that_stays_silent_lets_go_after_a_second)
     assert_true(path_take(&path, &pose, 10.0, now));
 }
 
+TEST(after_a_longer_stall_a_known_way_begins_again_where_it_was)
+{
+    static ToolPath path;
+    Published published = {0};
+    uint64_t chance = 1;
+    int64_t now = 0;
+    pliant_tool_pose_t pose = pose_at(0.0, true);
+    path_begin(&path, &pose, 0.0, 0);
+    publish(&published, &pose, 0);
+    // 1.8 s of the hand's way in one burst, each with its time.
+    turn(&path, &published, &now, 1800 * MS, &chance, 0);
+    for (int k = 1; k <= 225; k++) {
+        pose = pose_at(0.008 * k, true);
+        take(&path, &published, &pose, 0.008 * k, now);
+    }
+    turn(&path, &published, &now, now + PATH_STEP_MS * MS, &chance, 0);
+    expect_near(published.way, 0.0, 0.0);
+    turn(&path, &published, &now, now + 3000 * MS, &chance, 0);
+    expect_at_most(published.step, 0.0481 * SPEED); // as above
+    expect_near(published.way, 1.8 * SPEED, 1e-12);
+}
+
 TEST(a_second_stroke_does_not_begin_where_the_first_one_ended)
 {
     static ToolPath path;
