@@ -33,6 +33,11 @@ static const Case COMMON[] = {
     {.feature = "more threads for a step", .head = "threads = 2;"},
     {.feature = "contact", .tail = PROBE},
     {.feature = "blades", .tail = BLADE},
+    {.feature = "removers",
+     .body = "cuttable = true;",
+     .tail = "tools = ( { id = 1; kind = \"remover\"; removes_by = \"suction\"; "
+             "mouth = { radius = 0.005; }; } );",
+     .others = 1}, // cuts
     {.feature = "graspers",
      .tail = "tools = ( { id = 1; kind = \"grasper\"; " BALL "} );",
      .others = 1}, // contact
