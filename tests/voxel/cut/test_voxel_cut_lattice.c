@@ -544,12 +544,18 @@ TEST(state_that_was_brought_back_goes_on_alike)
 }
 
 // Whatever bytes a file brings: refused, or a state in which everything holds.
-TEST(damaged_states_are_refused_or_sound)
+static void damage(bool removable)
 {
     uint64_t seed = 14;
     SCOPED(cut_sample_drop) CutSample sample;
-    cut_sample_create(&sample, sample_ball(14), 2, 0, 4);
+    cut_sample_make(&sample, sample_ball(14), 2, 0, 4, removable);
     go_on(&sample, 15, 4);
+    for (int k = 0; k < 6 && removable; k++) {
+        int cell[CUT_REMOVE_MOST], count = cut_sample_random_cells(&sample.cut, &seed, cell);
+        cut_lattice_expose(&sample.cut, cell, &count, 1000);
+        cut_lattice_remove(&sample.cut, cell, count);
+        cut_lattice_forget_changes(&sample.cut);
+    }
     const size_t bytes = state_bytes(&sample.state);
     FREED unsigned char *good = malloc(bytes), *bad = malloc(bytes);
     state_copy_out(&sample.state, good);
@@ -574,4 +580,14 @@ TEST(damaged_states_are_refused_or_sound)
     state_copy_in(&sample.state, good);
     assert_true(cut_lattice_derive(&sample.cut));
     check_all(&sample);
+}
+
+TEST(damaged_states_are_refused_or_sound)
+{
+    damage(false);
+}
+
+TEST(damaged_states_with_removals_are_refused_or_sound)
+{
+    damage(true);
 }
