@@ -127,32 +127,61 @@ static double least_weight(const FacePoint *point)
     return fmin(point->weight[0], fmin(point->weight[1], point->weight[2]));
 }
 
+static Vec3 middle_of(const Level *level, const CutTissue *tissue, int edge)
+{
+    const int face = level->edge_face[edge][0], k = cut_side_of(level, face, edge);
+    const int *corner = tissue->corner[face];
+    return vec3_scale(0.5,
+                      vec3_add(tissue->position[corner[k]], tissue->position[corner[(k + 1) % 3]]));
+}
+
+// Writes the crossing of an edge with a sheet at this distance from its middle along its normal: in
+// the face that contains it, or nearly does.
+static void cross_beside(const CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
+                         int edge, double distance, Vec3 n, LipCrossing *crossing)
+{
+    const int *face = finder->level->edge_face[edge];
+    const Vec3 middle = middle_of(finder->level, tissue, edge);
+    FacePoint best, point;
+    int in = -1;
+    for (int s = 0; s < 2; s++)
+        if (go_to_sheet(tissue, face[s], middle, distance, n, &point) &&
+            (in < 0 || least_weight(&point) > least_weight(&best))) {
+            best = point;
+            in = face[s];
+        }
+    if (in >= 0 && least_weight(&best) > WEIGHT_LEAST)
+        write_crossing(finder, tissue, rest, edge, in, &best, crossing);
+}
+
+void cut_lips_around(const CutFinder *finder, const CutTissue *tissue, int edge,
+                     const Region *mouth, const Vec3 *rest, LipCrossing *crossing)
+{
+    const Vec3 middle = middle_of(finder->level, tissue, edge);
+    double along, unused;
+    distance_segment_segment(mouth->from, mouth->to, middle, middle, &along, &unused);
+    const Vec3 axis = vec3_sub(mouth->to, mouth->from);
+    const Vec3 out = vec3_sub(middle, vec3_madd(mouth->from, along, axis));
+    const double distance = mouth->radius - vec3_length(out);
+    if (!(fabs(distance) <= BEYOND * finder->h))
+        return;
+    cross_beside(finder, tissue, rest, edge, distance, vec3_unit(out), crossing);
+}
+
 void cut_lips_whole(const CutFinder *finder, const CutTissue *tissue, const BladeEdge *edge,
                     int edges, const Vec3 *rest, LipCrossing *crossing)
 {
     const Level *level = finder->level;
     for (int i = 0; i < finder->count; i++) {
-        const int e = finder->edge[i], *face = level->edge_face[e];
-        const int k = cut_side_of(level, face[0], e), *corner = tissue->corner[face[0]];
-        const Vec3 middle = vec3_scale(
-            0.5, vec3_add(tissue->position[corner[k]], tissue->position[corner[(k + 1) % 3]]));
+        const int e = finder->edge[i];
+        const Vec3 middle = middle_of(level, tissue, e);
         // Beyond its border the sheet continues in its plane, a little.
         Vec3 n;
         const Vec3 to = vec3_sub(nearest_on_sweep(edge, edges, middle, &n), middle);
         const double distance = vec3_dot(to, n);
         if (!(vec3_length(vec3_madd(to, -distance, n)) <= BEYOND * finder->h))
             continue;
-        // In the face that contains the point, or nearly does.
-        FacePoint best, point;
-        int in = -1;
-        for (int s = 0; s < 2; s++)
-            if (go_to_sheet(tissue, face[s], middle, distance, n, &point) &&
-                (in < 0 || least_weight(&point) > least_weight(&best))) {
-                best = point;
-                in = face[s];
-            }
-        if (in >= 0 && least_weight(&best) > WEIGHT_LEAST)
-            write_crossing(finder, tissue, rest, e, in, &best, crossing);
+        cross_beside(finder, tissue, rest, e, distance, n, crossing);
     }
 }
 

@@ -7,6 +7,7 @@
 #ifndef PLIANT_SURFACE_CUT_CUT_LIPS_H
 #define PLIANT_SURFACE_CUT_CUT_LIPS_H
 
+#include "body/region.h"
 #include "surface/cut/cut_find.h"
 
 #define LIP_CROSSING_MOST 3.0 // [h] of a crossing from the middle of its edge at rest
@@ -44,6 +45,9 @@ void cut_lips_whole(const CutFinder *finder, const CutTissue *tissue, const Blad
 // Of one tick of a stroke:
 void cut_lips_tick(CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
                    LipCrossing *crossing);
+// Of an edge beside what a remover takes: on its mouth. Both faces are listed.
+void cut_lips_around(const CutFinder *finder, const CutTissue *tissue, int edge,
+                     const Region *mouth, const Vec3 *rest, LipCrossing *crossing);
 // Forgets the crossings of the edges that were to break.
 void cut_lips_forget(const CutFinder *finder, LipCrossing *crossing);
 

@@ -12,6 +12,7 @@ enum { REMOVED_MOST = 32 }; // faces in one call
 
 // Faces to be removed, the nearest first.
 typedef struct Taken {
+    CutTissue tissue; // around the mouth
     int count, face[REMOVED_MOST];
     double distance[REMOVED_MOST];          // of their centroids from the axis [m]
     int edge_count, edge[3 * REMOVED_MOST]; // of theirs that are not broken yet
@@ -57,8 +58,8 @@ static void find_within(SurfaceModel *model, const Removal *removal, Taken *take
 {
     const Region *mouth = &removal->mouth;
     const BladeEdge axis = {{mouth->from, mouth->to}};
-    CutTissue tissue;
-    detail_cut_look(model, &axis, 1, mouth->radius, &tissue);
+    detail_cut_look(model, &axis, 1, mouth->radius, &taken->tissue);
+    const CutTissue tissue = taken->tissue;
     taken->count = 0;
     for (int i = 0; i < tissue.face_count; i++) {
         Vec3 x[3];
@@ -117,6 +118,18 @@ static void list_edges(const LeafSet *set, Taken *taken)
                 !(across < face && detail_cut_is_gone(set->cut, across)))
                 taken->edge[taken->edge_count++] = edge;
         }
+}
+
+// Lets the rim go along the mouth.
+static void round_off(const LeafSet *set, const Region *mouth, const Taken *taken)
+{
+    DetailCut *cut = set->cut;
+    for (int i = 0; i < taken->edge_count; i++) {
+        const int edge = taken->edge[i], *face = cut->uncut.edge_face[edge];
+        if (detail_cut_is_gone(cut, face[0]) != detail_cut_is_gone(cut, face[1]))
+            cut_lips_around(&cut->finder, &taken->tissue, edge, mouth, set->levels.position,
+                            cut->crossing);
+    }
 }
 
 // Takes a face from its nodes.
@@ -190,7 +203,7 @@ static void drop_nodes(SurfaceModel *model, const Taken *taken)
 }
 
 // Removes the faces; false with what is missing if the cuts around them do not fit.
-static bool take(Body *body, Taken *taken, RemovalOutcome *outcome)
+static bool take(Body *body, const Region *mouth, Taken *taken, RemovalOutcome *outcome)
 {
     SurfaceModel *model = body->model;
     Detail *detail = model->detail;
@@ -200,8 +213,11 @@ static bool take(Body *body, Taken *taken, RemovalOutcome *outcome)
     // The bits first: a removed face needs no nodes of its own.
     mark_gone(cut, taken, true);
     list_edges(&detail->set, taken);
+    round_off(&detail->set, mouth, taken);
     if (!detail_cut_break(model, taken->edge, taken->edge_count, &around)) {
         mark_gone(cut, taken, false);
+        for (int i = 0; i < taken->edge_count; i++)
+            cut->crossing[taken->edge[i]] = (LipCrossing){{0.0f}, {0.0f}};
         outcome->verdict = around.verdict;
         outcome->needed = around.needed;
         outcome->room = around.room;
@@ -248,7 +264,7 @@ bool detail_remove(Body *body, const Removal *removal, RemovalOutcome *outcome,
         keep_boiled(detail, body->step, removal, &taken, outcome);
     else
         keep_amount(detail, removal->volume / REMOVED_THICKNESS, &taken);
-    const bool done = taken.count > 0 && take(body, &taken, outcome);
+    const bool done = taken.count > 0 && take(body, &removal->mouth, &taken, outcome);
     if (done)
         *change = detail->report.change;
     else

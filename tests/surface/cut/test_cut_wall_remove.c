@@ -4,6 +4,7 @@
 
 #include "effort.h"
 #include "expect.h"
+#include "geometry/distance.h"
 #include "geometry/generator.h"
 #include "random.h"
 #include "sim_steps.h"
@@ -188,4 +189,56 @@ TEST(heat_is_in_the_wall_or_left_with_what_boiled)
     const RemovalOutcome went = wall_remove(&bench, REMOVER_DIATHERMY, &tip, 1e-3);
     assert_int_equal(went.removed, 0);
     expect_near(stored_heat(&bench), before * exp(-0.015 * 0.5) + 1e-3, 1e-12 * before);
+}
+
+// Of nodes of the hole's rim, from the way of the mouth, in h.
+static void measure_rim(const DetailBench *bench, Vec3 from, Vec3 to, double radius, double *rms,
+                        double *most)
+{
+    const BodySurface *surface = &bench->body->surface;
+    double square = 0.0;
+    int count = 0;
+    *most = 0.0;
+    for (int f = 0; f < surface->face_used; f++)
+        for (int k = 0; k < 3 && surface->face[f][0] != surface->face[f][1]; k++) {
+            Vec3 x;
+            if (surface->face_neighbor[f][k] >= 0)
+                continue;
+            bench->body->ops->read_nodes(bench->model, &surface->face[f][k], 1, &x, NULL);
+            if (fabs(x.x) > 0.0599 || fabs(x.y) > 0.0799)
+                continue; // the sheet's own border
+            const double off = fabs(distance_point_segment(x, from, to) - radius) /
+                               bench->detail->set.cut->finder.h;
+            square += off * off;
+            *most = fmax(*most, off);
+            count++;
+        }
+    *rms = sqrt(square / count);
+}
+
+TEST(a_rim_goes_along_the_mouth)
+{
+    for (int kind = 0; kind < 2; kind++)
+        for (int way = 0; way < 2; way++) {
+            TriMesh mesh;
+            SurfaceOptions options = wall_options(2, 0);
+            SCOPED(bench_destroy) DetailBench bench;
+            assert_true(generate_sheet(&mesh, 7, 9, 0.12, 0.16, &(Status){0}));
+            bench_create(&bench, BENCH_CUTTABLE, &mesh, &options, NULL, NULL);
+            const Vec3 from = {0.001, -0.02, 0.0}, to = {0.004, way == 0 ? -0.02 : 0.03, 0.0};
+            for (int i = 0; i < 200; i++) {
+                const Vec3 at = vec3_madd(from, i / 199.0, vec3_sub(to, from));
+                const Region mouth = {REGION_CAPSULE, at, at, 0.02};
+                wall_remove(&bench, kind == 0 ? REMOVER_SUCTION : REMOVER_DRILL, &mouth,
+                            (double)INFINITY);
+            }
+            double rms, most;
+            measure_rim(&bench, from, to, 0.02, &rms, &most);
+            print_message("%s, %s: rim off by %.2f h rms, %.2f h at most\n",
+                          kind == 0 ? "suction" : "drill", way == 0 ? "at rest" : "drawn", rms,
+                          most);
+            // Without lips a drill's rim is off by 0.5 and 1.0 h: it takes all that it touches.
+            expect_at_most(rms, 0.35);
+            expect_at_most(most, 0.8);
+        }
 }
