@@ -25,6 +25,12 @@ static void create_body(Sim *sim, int b)
         taking[k] = (Taking){.refused_step = STEP_NEVER};
     state_add(sim->state, taking, count * sizeof *taking, "%s/removed", sim->body[b].name);
     sim->removing->taking[b] = taking;
+    if (sim->body[b].ops->conduct == NULL)
+        return;
+    Heated *heated = arena_allocate(sim->arena, ARENA_STEP, count, sizeof *heated, "%s/heated",
+                                    sim->body[b].name);
+    state_add(sim->state, heated, count * sizeof *heated, "%s/heated", sim->body[b].name);
+    sim->removing->heated[b] = heated;
 }
 
 void removing_create(Sim *sim)
@@ -60,11 +66,13 @@ bool removing_check(const Sim *sim)
             !isfinite(remover->credit))
             return false;
         for (int b = 0; b < sim->body_count; b++) {
+            const Heated *heated = removing->heated[b] != NULL ? &removing->heated[b][k] : NULL;
+            if (heated != NULL && (!isfinite(heated->joules) || !isfinite(heated->coagulated)))
+                return false;
             const Taking *taking = removing->taking[b] != NULL ? &removing->taking[b][k] : NULL;
             if (taking != NULL &&
                 (taking->removed < 0 || !isfinite(taking->volume) || !isfinite(taking->area) ||
-                 !isfinite(taking->mass) || !isfinite(taking->heat) ||
-                 !isfinite(taking->coagulated) || !cutting_was(sim, taking->refused_step)))
+                 !isfinite(taking->mass) || !cutting_was(sim, taking->refused_step)))
                 return false;
         }
     }
@@ -93,15 +101,16 @@ static void report_taken(Sim *sim, int b, int k)
 {
     Taking *taking = &sim->removing->taking[b][k];
     const int id = sim->tool[sim->removing->tool[k]].id;
+    Heated *heated = sim->removing->heated[b] != NULL ? &sim->removing->heated[b][k] : NULL;
     const bool solid = sim->body[b].surface.solid; // else a wall: its coagulated area
-    if (taking->heat > 0.0)
+    if (heated != NULL && heated->joules > 0.0)
         sim_report(sim, b, "remove",
                    "tool %d: %.4g J heated body '%s', %lld %s removed, %.4g %s, %.4g g; "
                    "%.4g %s are coagulated",
-                   id, taking->heat, sim->body[b].name, (long long)taking->removed,
+                   id, heated->joules, sim->body[b].name, (long long)taking->removed,
                    solid ? "cells" : "faces", solid ? 1e9 * taking->volume : 1e6 * taking->area,
                    solid ? "mm3" : "mm2", 1e3 * taking->mass,
-                   solid ? 1e9 * taking->coagulated : 1e6 * taking->coagulated / REMOVED_THICKNESS,
+                   solid ? 1e9 * heated->coagulated : 1e6 * heated->coagulated / REMOVED_THICKNESS,
                    solid ? "mm3" : "mm2");
     else if (taking->removed > 0 && taking->area > 0.0)
         sim_report(sim, b, "remove", "tool %d: %lld faces of body '%s' removed, %.4g mm2, %.4g g",
@@ -112,6 +121,8 @@ static void report_taken(Sim *sim, int b, int k)
                    id, (long long)taking->removed, sim->body[b].name, 1e9 * taking->volume,
                    1e3 * taking->mass);
     *taking = (Taking){.refused_step = taking->refused_step};
+    if (heated != NULL)
+        *heated = (Heated){0.0, 0.0};
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -168,8 +179,10 @@ static void take_from(Sim *sim, int b, int k, Work *work)
     taking->volume += work->sum.volume;
     taking->area += work->sum.area;
     taking->mass += work->sum.mass;
-    taking->heat += work->sum.heat;
-    taking->coagulated = work->sum.coagulated;
+    if (sim->removing->heated[b] != NULL) {
+        sim->removing->heated[b][k].joules += work->sum.heat;
+        sim->removing->heated[b][k].coagulated = work->sum.coagulated;
+    }
     if (cut_refuses(work->sum.verdict))
         report_refusal(sim, b, k, &work->sum);
     cutting_note_pieces(sim, b, work->sum.pieces);

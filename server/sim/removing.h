@@ -16,16 +16,20 @@ typedef struct Taking {
     int64_t removed;      // cells or faces
     double volume, area;  // [m3], [m2] at rest
     double mass;          // [kg]
-    double heat;          // [J]
-    double coagulated;    // of the body [m3]
     int64_t refused_step; // when a refusal was last reported
 } Taking;
+
+// What diathermy gave to it since then, and what of the body is coagulated; plain data, state.
+typedef struct Heated {
+    double joules, coagulated; // [J], [m3]
+} Heated;
 
 // The removers of a scene, and the bodies from which they can take.
 typedef struct Removing {
     int count, tool[SIM_TOOLS]; // in the order of the tools
     Remover *remover;           // [count]
     Taking *taking[SIM_BODIES]; // [count]; NULL: nothing can be taken from the body
+    Heated *heated[SIM_BODIES]; // [count]; NULL: nothing heats the body
 } Removing;
 
 // Load time, when all bodies and tools exist, after cutting_create. Leaves sim->removing NULL
