@@ -25,7 +25,7 @@ static bool world_create(World *world, int cells, const char *isa, Status *statu
     Lattice lattice = {0};
     if (!lattice_box(&lattice, (int[3]){cells, cells, cells}, EDGE / cells, status))
         return false;
-    const SolidMaterial material = {1e4, 0.0, 1000.0};
+    const SolidMaterial material = {.youngs_modulus = 1e4, .density = 1000.0};
     const FixedRegion floor = {
         .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.5 * EDGE + 1e-6}};
     const VoxelOptions options = {.body.name = "body",
