@@ -155,7 +155,8 @@ typedef struct BodyOps {
                    TopologyChange *change);
     // Lets heat of diathermy spread in the body for a tick [s], which coagulates tissue; NULL:
     // nothing can heat it. True if it became stiffer: bounds of the step may have changed.
-    bool (*conduct)(Body *body, double tick);
+    // `shown`: what snapshot_coagulated writes has changed.
+    bool (*conduct)(Body *body, double tick, bool *shown);
     // Refines the surroundings of cuts, as much as fits a tick; NULL: never needed. As adapt.
     bool (*reconstruct)(Body *body, TopologyChange *change);
     // Moves positions by dt [s] with the current velocities; schemes of kicks only.
@@ -220,6 +221,9 @@ typedef struct BodyOps {
     // Writes the rest positions of these nodes in the world, as the scene placed the body; constant
     // between changes of topology. NULL: the body has none. Values in free slots are undefined.
     void (*snapshot_rest)(const void *model, float *position);
+    // Writes how much of the tissue around each node is coagulated, 0 to 255. NULL: nothing heats
+    // the body.
+    void (*snapshot_coagulated)(const void *model, unsigned char *share);
     // Reads the exact state of all moving nodes, for checkpoints: id (may be NULL), position [m]
     // and velocity [m/s] in an order that is constant between changes of topology; free slots have
     // id -1 and zeros. Returns the number of rows, at most state_capacity, for a state that passes

@@ -139,6 +139,15 @@ static void image_at(const LookGrid *grid, const float rest[3], unsigned char co
         colour[c] = (unsigned char)lrint(sum[c]);
 }
 
+void look_coagulate(LookColours *colours, int share)
+{
+    static const unsigned char PALE[3] = {214, 199, 172}; // cooked meat
+    for (int c = 0; c < 3; c++) {
+        colours->outside[c] += (PALE[c] - colours->outside[c]) * share / 255;
+        colours->inside[c] += (PALE[c] - colours->inside[c]) * share / 255;
+    }
+}
+
 LookColours look_colours(const BodyLook *look, const float rest[3])
 {
     LookColours colours = look->usual;

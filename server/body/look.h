@@ -44,6 +44,9 @@ static inline bool look_varies(const BodyLook *look)
 // neighbours along the axes, which are perpendicular.
 LookGrid look_grid(const int count[3], Vec3 origin, const Vec3 step[3], const unsigned char *value);
 
+// Turns colours to the pale one of coagulated tissue, by its share, 0 to 255.
+void look_coagulate(LookColours *colours, int share);
+
 // Finds the colours of a node that lies there at rest [m]: those of the labels around it, linear
 // between the middles of voxels so that borders have no steps, without void ones; or, since a
 // smooth surface leaves the cells, of the nearest label at most two voxels away. Inside, if there

@@ -18,9 +18,9 @@ static const int64_t AGAIN_NS = 100000000;
 
 void bus_create_look_stream(Bus *bus, int index, Arena *arena)
 {
-    const BodyLook *look = sim_body(bus->sim, index)->look;
+    const Body *body = sim_body(bus->sim, index);
     // One scratch message serves all bodies.
-    if (look != NULL && look_varies(look) && bus->look_chunk == NULL)
+    if (look_is_by_node(body) && bus->look_chunk == NULL)
         bus->look_chunk =
             arena_allocate(arena, ARENA_OUTPUT, 1, sizeof *bus->look_chunk, "run/look_chunk");
 }
@@ -29,7 +29,7 @@ void bus_create_look_stream(Bus *bus, int index, Arena *arena)
 static int coloured_nodes(const Bus *bus, int index)
 {
     const BodyStream *stream = &bus->body[index];
-    return look_varies(sim_body(bus->sim, index)->look) && stream->rest != NULL
+    return look_is_by_node(sim_body(bus->sim, index)) && stream->rest != NULL
                ? stream->mesh.node_count
                : 0;
 }
@@ -71,9 +71,8 @@ void bus_send_look_chunk(Bus *bus, int index, int chunk)
     if (nodes > 0) {
         LookChunk *memory = bus->look_chunk;
         for (int i = first; i < end; i++) {
-            const LookColours colours = stream->mesh.id[i] < 0
-                                            ? look->usual
-                                            : look_colours(look, stream->rest->position + 3L * i);
+            const LookColours colours =
+                stream->mesh.id[i] < 0 ? look->usual : rest_colours(stream->rest, look, i);
             memcpy(memory->outside[i - first], colours.outside, sizeof *memory->outside);
             memcpy(memory->inside[i - first], colours.inside, sizeof *memory->inside);
         }

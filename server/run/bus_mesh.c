@@ -285,8 +285,8 @@ void bus_create_rest_stream(Bus *bus, int index, Arena *arena)
     if (!rest_is_wanted(body, bus->scene->publish.rest))
         return;
     // The bus keeps what it publishes: the step thread goes on.
-    stream->rest = arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(&body->mesh),
-                                  "run/rest_%s", body->name);
+    stream->rest =
+        arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(body), "run/rest_%s", body->name);
     rest_copy_follow(stream->rest, body);
     if (body->texture != NULL && bus->texture == NULL)
         bus->texture = arena_allocate(arena, ARENA_OUTPUT, 2 * (size_t)NODES_IN_REST_CHUNK,

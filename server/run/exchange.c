@@ -116,10 +116,23 @@ void mesh_copy_follow(MeshCopy *copy, const BodyMesh *mesh)
     }
 }
 
-size_t rest_copy_bytes(const BodyMesh *mesh)
+size_t rest_copy_bytes(const Body *body)
 {
-    size_t bytes = sizeof(RestCopy) + 3 * (size_t)mesh->node_capacity * sizeof(float);
-    return (bytes + 7) / 8 * 8;
+    const size_t each = 3 * sizeof(float) + (body->ops->snapshot_coagulated != NULL);
+    return (sizeof(RestCopy) + (size_t)body->mesh.node_capacity * each + 7) / 8 * 8;
+}
+
+static unsigned char *coagulated_in(const RestCopy *copy)
+{
+    return (unsigned char *)(uintptr_t)(copy->position + 3L * copy->node_count);
+}
+
+LookColours rest_colours(const RestCopy *copy, const BodyLook *look, int node)
+{
+    LookColours colours = look_colours(look, copy->position + 3L * node);
+    if (copy->coagulates)
+        look_coagulate(&colours, coagulated_in(copy)[node]);
+    return colours;
 }
 
 void rest_copy_follow(RestCopy *copy, const Body *body)
@@ -134,13 +147,18 @@ void rest_copy_follow(RestCopy *copy, const Body *body)
     for (int i = 0; i < mesh->node_count; i++)
         if (mesh->id[i] < 0)
             memset(copy->position + 3L * i, 0, 3 * sizeof *copy->position);
+    copy->coagulates = body->ops->snapshot_coagulated != NULL;
+    if (copy->coagulates)
+        body->ops->snapshot_coagulated(body->model, coagulated_in(copy));
 }
 
 void rest_copy_take(RestCopy *copy, const RestCopy *from)
 {
     if (copy->node_count > 0 && copy->topology == from->topology)
         return;
-    memcpy(copy, from, sizeof *from + 3 * (size_t)from->node_count * sizeof *from->position);
+    const size_t nodes = (size_t)from->node_count;
+    memcpy(copy, from,
+           sizeof *from + nodes * (3 * sizeof *from->position + (size_t)from->coagulates));
 }
 
 void rest_texture(const Body *body, const BodyMesh *mesh, int first, int end, float *uv)
@@ -185,7 +203,7 @@ static void create_frames(Exchange *exchange, int index, const Body *body, bool 
         bytes = exchange->mesh_at[index] + mesh_copy_bytes(&body->mesh);
         if (rest_is_wanted(body, rest)) {
             exchange->rest_at[index] = bytes;
-            bytes += rest_copy_bytes(&body->mesh);
+            bytes += rest_copy_bytes(body);
         }
     }
     char name[64];
@@ -265,7 +283,7 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
         if (mesh_changes(body))
             create_ring(&exchange->recorded_mesh[i], &world->arena, EXCHANGE_MESHES,
                         mesh_copy_bytes(&body->mesh) +
-                            (rest_is_wanted(body, false) ? rest_copy_bytes(&body->mesh) : 0),
+                            (rest_is_wanted(body, false) ? rest_copy_bytes(body) : 0),
                         "recorded_meshes");
     }
     // Events that the file gets, too.

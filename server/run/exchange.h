@@ -77,6 +77,8 @@ BodyMesh mesh_copy_view(const MeshCopy *copy);
 
 typedef struct RestCopy {
     int topology, node_count; // of the mesh; node_count 0: nothing copied yet
+    int coagulates;           // 0 or 1: behind the positions is a byte for each node, of
+                              // snapshot_coagulated
     float position[];         // [3 node_count], world frame [m]; zero in free slots
 } RestCopy;
 
@@ -86,14 +88,23 @@ static inline bool rest_is_known(const Body *body)
     return body->ops->snapshot_rest != NULL;
 }
 
+// True if nodes of a body may have different colours.
+static inline bool look_is_by_node(const Body *body)
+{
+    return body->look != NULL &&
+           (look_varies(body->look) || body->ops->snapshot_coagulated != NULL);
+}
+
 // True if they are published, or if the colours of nodes follow from them.
 static inline bool rest_is_wanted(const Body *body, bool published)
 {
-    return rest_is_known(body) && (published || (body->look != NULL && look_varies(body->look)));
+    return rest_is_known(body) && (published || look_is_by_node(body));
 }
 
 // Returns the bytes of a copy for the largest mesh, a multiple of 8.
-size_t rest_copy_bytes(const BodyMesh *mesh);
+size_t rest_copy_bytes(const Body *body);
+// Returns the colours of a node slot.
+LookColours rest_colours(const RestCopy *copy, const BodyLook *look, int node);
 // Copy the positions of the body, or of another copy, unless they have them already. No allocation.
 void rest_copy_follow(RestCopy *copy, const Body *body);
 void rest_copy_take(RestCopy *copy, const RestCopy *from);

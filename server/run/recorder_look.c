@@ -24,7 +24,7 @@ struct RecorderLook *recorder_look_reserve(const Body *body, Arena *arena)
     look->colours.colour = RESERVE(nodes + 1, *look->colours.colour);
     if (nodes == 0)
         return look;
-    look->rest = (RestCopy *)arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(&body->mesh),
+    look->rest = (RestCopy *)arena_allocate(arena, ARENA_OUTPUT, 1, rest_copy_bytes(body),
                                             "run/recorded rest of %s", body->name);
     look->outside = RESERVE(nodes, *look->outside);
     look->inside = RESERVE(nodes, *look->inside);
@@ -45,8 +45,7 @@ RecordingLook recorder_look_take(struct RecorderLook *to, const Body *body, cons
         rest_copy_follow(to->rest, body);
     rest = rest != NULL ? rest : to->rest;
     for (int i = 0; i < nodes; i++) {
-        const LookColours colours =
-            mesh->id[i] < 0 ? look->usual : look_colours(look, rest->position + 3L * i);
+        const LookColours colours = mesh->id[i] < 0 ? look->usual : rest_colours(rest, look, i);
         memcpy(to->outside[i], colours.outside, sizeof *to->outside);
         memcpy(to->inside[i], colours.inside, sizeof *to->inside);
     }

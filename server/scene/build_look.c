@@ -52,15 +52,17 @@ static bool make_image(World *world, const SceneBody *body, const Lattice *latti
 }
 #endif
 
-bool build_look(World *world, const SceneBody *body, const Lattice *lattice, const BodyLook **look,
-                Status *status)
+bool build_look(World *world, const SceneBody *body, const Lattice *lattice, bool heats,
+                const BodyLook **look, Status *status)
 {
     *look = NULL;
-    if (!body->look.given)
+    if (!body->look.given && !heats)
         return true;
     BodyLook *made =
         arena_allocate(&world->arena, ARENA_OUTPUT, 1, sizeof *made, "%s/looks", body->name);
-    made->usual = body->look.usual;
+    // Tissue that is heated shows it: without colours of its own it has those of liver.
+    const LookColours liver = {{178, 76, 70}, {150, 40, 40}};
+    made->usual = body->look.given ? body->look.usual : liver;
     made->texture = body->look.texture != NULL ? body->look.texture : "";
     *look = made;
 #ifdef PLIANT_WITH_LATTICES

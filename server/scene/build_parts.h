@@ -37,8 +37,8 @@ Texture build_texture(World *world, const Scene *scene, const BuildOptions *opti
 // Makes the look of a body (Body.look) in the arena; NULL: the scene names none. `lattice`: of a
 // body of cells, placed in the world; else NULL. Returns false with a `status` that names the image
 // and its fault.
-bool build_look(World *world, const SceneBody *body, const Lattice *lattice, const BodyLook **look,
-                Status *status);
+bool build_look(World *world, const SceneBody *body, const Lattice *lattice, bool heats,
+                const BodyLook **look, Status *status);
 
 // --- meshes, as the scene describes and places them, and their levels ----------------------------
 

@@ -217,7 +217,7 @@ bool build_surface(World *world, const Scene *scene, int index, const Prepared *
     surface.heats = scene_heats(scene);
     surface.body.initial_position = position;
     surface.body.initial_velocity = velocity;
-    ok = ok && build_look(world, described, NULL, &look, status);
+    ok = ok && build_look(world, described, NULL, false, &look, status);
     if (ok) {
         Texture texture =
             build_texture(world, scene, options, described->name, mesh, surface.hierarchy);

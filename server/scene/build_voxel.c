@@ -187,7 +187,10 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         ok = initial_read_rows(described->initial, most, &voxel.body.initial_count, &position,
                                &velocity, status);
     }
-    ok = ok && build_look(world, described, &lattice, &look, status);
+    ok = ok && build_look(world, described, &lattice,
+                          scene_heats(scene) && described->options.cuttable &&
+                              described->model == MODEL_VOXEL,
+                          &look, status);
     // What only the whole scene knows, then the body itself.
     if (ok) {
         build_complete(&voxel.body, world, scene, options);

@@ -110,11 +110,16 @@ static void conduct_heat(Sim *sim)
 {
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
-        if (body->ops->conduct == NULL || guard_is_frozen(sim, b) ||
-            !body->ops->conduct(body, sim->tick))
+        bool shown = false;
+        if (body->ops->conduct == NULL || guard_is_frozen(sim, b))
             continue;
-        guard_renew(sim, b);
-        time_step_follow(sim, body);
+        if (body->ops->conduct(body, sim->tick, &shown)) {
+            guard_renew(sim, b);
+            time_step_follow(sim, body);
+        }
+        // Colours belong to a mesh.
+        if (shown)
+            body->mesh.topology = topology_after(body->mesh.topology);
     }
 }
 

@@ -183,6 +183,16 @@ static void voxel_snapshot_rest(const void *self, float *position)
         rows_snapshot_rest(rows, model->node, (int)*model->node_count, position);
 }
 
+static void voxel_snapshot_coagulated(const void *self, unsigned char *share)
+{
+    const VoxelModel *model = self;
+    const FittedBody *fitted = model->fitted;
+    for (int i = 0; i < (int)*model->node_count; i++) {
+        const int vertex = fitted != NULL ? fitted->vertex[fitted->fit.row[i]] : model->node[i];
+        share[i] = (unsigned char)lrint(255.0 * cut_heat_share(model->cuts->heat, vertex));
+    }
+}
+
 static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
@@ -249,7 +259,7 @@ static const char *voxel_isa(const void *self)
                 .account = cut_body_account, .sections = cut_body_sections,                        \
                 .visit = cut_body_visit
 #define TEARS .tear = cut_body_tear
-#define HEATS .conduct = cut_body_conduct
+#define HEATS .conduct = cut_body_conduct, .snapshot_coagulated = voxel_snapshot_coagulated
 
 // The pipeline has stages for operations that a body has.
 const BodyOps voxel_ops = {OPERATIONS};

@@ -22,7 +22,7 @@ static int live_nodes(const Body *body)
 
 static RestCopy *take_rest(const Body *body)
 {
-    RestCopy *rest = zeroed(1, rest_copy_bytes(&body->mesh));
+    RestCopy *rest = zeroed(1, rest_copy_bytes(body));
     assert_true(rest_is_known(body));
     rest_copy_follow(rest, body);
     assert_int_equal(rest->topology, body->mesh.topology);

@@ -122,11 +122,13 @@ static void set_bounds(const VoxelCuts *cuts, Body *body)
 }
 
 // Elements that become stiff change no vertex: only their batches follow.
-bool cut_body_conduct(Body *body, double tick)
+bool cut_body_conduct(Body *body, double tick, bool *shown)
 {
     VoxelCuts *cuts = ((VoxelModel *)body->model)->cuts;
     CutHeat *heat = cuts->heat;
-    if (!cut_heat_spread(heat, tick))
+    const bool stiffer = cut_heat_spread(heat, tick);
+    *shown = cut_heat_shows(heat, tick);
+    if (!stiffer)
         return false;
     for (int k = 0; k < heat->changed_count; k++)
         cut_parts_list_element(&cuts->lattice, heat->changed[k]);

@@ -43,7 +43,7 @@ typedef struct VoxelCuts {
 // --- operations of body/body.h that other bodies do not have ---
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
-bool cut_body_conduct(Body *body, double tick);
+bool cut_body_conduct(Body *body, double tick, bool *shown);
 bool cut_body_reconstruct(Body *body, TopologyChange *change);
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 

@@ -336,6 +336,16 @@ double cut_heat_coagulated(const CutHeat *heat)
     return cells * heat->size * heat->size * heat->size;
 }
 
+bool cut_heat_shows(CutHeat *heat, double tick)
+{
+    heat->unshown += tick;
+    if (heat->cooked_count == heat->shown_count || heat->unshown < 0.2)
+        return false;
+    heat->shown_count = heat->cooked_count;
+    heat->unshown = 0.0;
+    return true;
+}
+
 double cut_heat_share(const CutHeat *heat, int vertex)
 {
     const CutLattice *lattice = heat->lattice;
@@ -387,6 +397,7 @@ bool cut_heat_derive(CutHeat *heat)
         heat->coagulated[material_of(heat, cell)] -= cut_lattice_is_gone(heat->lattice, cell);
     }
     heat->changed_count = 0;
+    heat->shown_count = heat->cooked_count; // a restored state is shown anyway
     // No bits beyond the last cell.
     const int odd = cells % BITS;
     return good && (odd == 0 || heat->visit[heat->word_count - 1] >> odd == 0);

@@ -68,6 +68,10 @@ typedef struct CutHeat {
     int *cooked;                  // [element] coagulated cells in it, also those taken away since
     unsigned char *stiff;         // [element] 1: most of its cells are
     int *coagulated;              // [material - 1] cells that are still there
+    // --- not state: of what is published ---
+    int shown_count; // cooked_count when it was shown
+    double unshown;  // time since [s]
+
     // --- of the last call ---
     int *changed; // [changed_count] elements that became stiff: leaves
     int changed_count;
@@ -92,6 +96,8 @@ double cut_heat_give(CutHeat *heat, const Rows *rows, const void *row, const Rem
 // Lets heat spread for a tick [s]: HEAT_VISITS cells at most, in turns. Elements that became stiff
 // are in `changed`. True if there are any.
 bool cut_heat_spread(CutHeat *heat, double tick);
+// True if the colours of a body are to follow what has coagulated: at most five times a second.
+bool cut_heat_shows(CutHeat *heat, double tick);
 // Takes away what cells hold that are removed.
 void cut_heat_remove(CutHeat *heat, const int *cell, int count);
 
