@@ -10,7 +10,7 @@ AROUND_ALL(scratch_begin, scratch_end)
 // A ball that is held by the world and by a bar, pinned, pulled by a load and by jaws, touches the
 // bar and itself; with levels, or at one, with explicit steps or implicit.
 static const char HELD[] =
-    "max_ties = 4; gravity = [0.0, 0.0, -1.0];\n"
+    "max_ties = 4; gravity = [0.0, 0.0, -0.1];\n"
     "bodies = (\n"
     "  { name = \"ball\"; mesh = { generator = \"sphere\"; nodes = 162; radius = 0.05; };\n"
     "    cuttable = true; tear = { stretch = 2.0; }; %s },\n"
