@@ -326,10 +326,10 @@ TEST(removal_has_the_distance_of_its_wall)
         const RegionAccount *region = sections_of(&world)->region;
         assert_int_equal(region->cause, ACCOUNT_REMOVAL);
         assert_int_equal(region->touched, k == 2);
-        // The burr takes what it touches: up to half a cell more than itself, and the label's
-        // surface is within half a cell.
+        // The burr takes cells whose centres are within half their diagonal of it, 0.87 cells;
+        // their walls are half a cell nearer, and the label's surface is within half a cell.
         const double gap = fmax(0.0, at[k] - 0.004 - 0.015);
-        expect_at_most(fabs(region->distance - gap), size);
+        expect_at_most(fabs(region->distance - gap), (0.87 + 0.5 + 0.5) * size);
     }
 }
 
