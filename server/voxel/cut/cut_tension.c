@@ -193,7 +193,7 @@ void cut_tension_follow(CutTension *tension)
         tension->count = 0;
         fits = true;
         for (int s = faces->outer_squares; s < *faces->shown && fits; s++)
-            fits = trace_fibre(tension, s, spacing);
+            fits = faces->square[s] < 0 || trace_fibre(tension, s, spacing); // free, or its fibre
     }
 }
 
