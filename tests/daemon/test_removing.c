@@ -762,4 +762,14 @@ TEST(whatever_takes_tissue_apart_keeps_meshes_pieces_masses_and_the_ledger)
     char state[32];
     printed_state(&pliantd, state);
     expect_repeated(state, "--offline 100000 --input %s %s", log, scene);
+#if WITH_HDF5
+    // The last checkpoint is that of the end: the one before is that of some deed, if there was
+    // any.
+    const char *former = scratch("removing.h5.1");
+    if (trial.done[SAVE] > 0) {
+        char format[PATH_TEXT];
+        snprintf(format, sizeof format, "--offline 100000 --resume %s --input %%s %%s", former);
+        expect_repeated(state, format, log, scene);
+    }
+#endif
 }
