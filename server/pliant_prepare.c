@@ -73,7 +73,7 @@ static const ArgumentRow ROWS[] = {
              "tick"},
     {"propose", 0, ARGUMENT_FLAG, NULL, AT(propose),
      .help = "Write a scene with a MESH or a label volume as its body, cuttable if a tick has time "
-             "for it, and a probe, a blade and a grasper of suitable size to a new -o FILE. At a "
+             "for it, and tools of suitable size to a new -o FILE. At a "
              "terminal, asks for the units if they are in doubt"},
     {"repair", 0, ARGUMENT_FLAG, NULL, AT(repair),
      .help = "Write a MESH, repaired and in its own units, to a new OFF file -o FILE, for other "
@@ -92,7 +92,8 @@ static const ArgumentRow ROWS[] = {
      .help = "Metres per unit of the files, 0.001 for millimetres; of a label volume, times the "
              "units that it states"},
     {"label", 0, ARGUMENT_TEXT, "L", AT(choice.label),
-     .help = "Label of a volume, by its number or name; without it the largest"},
+     .help = "Label of a volume, by its number or name, or all of a layer as one body; without it "
+             "the largest"},
     {"layer", 0, ARGUMENT_INTEGER, "N", AT(choice.layer), 1, VOLUME_MOST_VOXELS,
      .help = "Layer or frame of a volume file with several, from 1; without it all are looked "
              "through"},

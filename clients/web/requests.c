@@ -328,6 +328,7 @@ static bool take_count(const json_t *object, const char *name, int32_t *out, Pli
 static bool take_propose(const json_t *object, Ask *ask, PliantError *error)
 {
     const json_t *even = json_object_get(object, "even");
+    const json_t *together = json_object_get(object, "together");
     static const char *const units[] = {NULL, "m", "dm", "cm", "mm", "um", NULL};
     static const char *const models[] = {NULL, "surface", "filled", "voxel", NULL};
     static const char *const cuttable[] = {NULL, "yes", "no", NULL};
@@ -335,6 +336,9 @@ static bool take_propose(const json_t *object, Ask *ask, PliantError *error)
     ask->propose.even = json_is_true(even);
     if (even && !json_is_boolean(even))
         return client_fail(error, "even: expected true or false");
+    ask->propose.together = json_is_true(together);
+    if (together && !json_is_boolean(together))
+        return client_fail(error, "together: expected true or false");
     return take_file(object, ask, error) &&
            take_choice(object, "units", units, &ask->propose.units, error) &&
            take_choice(object, "model", models, &ask->propose.model, error) &&

@@ -72,6 +72,7 @@ typedef struct Ask {
         struct {
             const char *units, *model, *cuttable; // constant; NULL: to be guessed
             int32_t label, layer;                 // of a volume; 0: the largest, any
+            bool together;                        // all labels of a volume, as one body
             bool even; // of an even mesh of its outer surface, which is made first
         } propose;
     };

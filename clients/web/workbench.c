@@ -273,7 +273,10 @@ static bool run_prepare(Workbench *workbench, Arguments *arguments, PliantError 
                                   .memory_bytes = PREPARE_BYTES,
                                   .gentle = true};
     add_option(arguments, "--units", workbench->asked.propose.units);
-    add_count(arguments, "--label", workbench->asked.propose.label, label);
+    if (workbench->asked.propose.together)
+        add_option(arguments, "--label", "all");
+    else
+        add_count(arguments, "--label", workbench->asked.propose.label, label);
     add_count(arguments, "--layer", workbench->asked.propose.layer, layer);
     return run(workbench, &workbench->prepare, PLIANT_PREPARE, arguments, &options, error);
 }
@@ -339,6 +342,7 @@ static bool take_even(Workbench *workbench, PliantError *error)
     folder_copy_name(workbench->prepare.file, workbench->making);
     workbench->check[0] = '\0';
     workbench->asked.propose.label = workbench->asked.propose.layer = 0;
+    workbench->asked.propose.together = false;
     workbench->asked.propose.units = "m"; // as its first lines say
     return check(workbench, error);
 }

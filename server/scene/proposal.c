@@ -95,13 +95,41 @@ static void write_wall(const Proposal *p, const char *file, FILE *out)
     write_fixed(p, 0.1, out);
 }
 
+static void write_parts(const Proposal *p, FILE *out)
+{
+    for (int i = 0; i < p->part_count; i++)
+        fprintf(out, "%s%d", i == 0 ? "  label = [" : ", ", p->part[i].label);
+    fprintf(out, "];");
+}
+
+// Writes the colours of the labels that have one, after the material that they share.
+static void write_materials(const Proposal *p, FILE *out)
+{
+    bool any = false;
+    for (int i = 0; i < p->part_count; i++) {
+        const float *c = proposal_label_colour(&p->part[i]);
+        if (c == NULL)
+            continue;
+        fprintf(
+            out,
+            "%s      { label = %d;  color = [%.3f, %.3f, %.3f];  inside = [%.3f, %.3f, %.3f]; }",
+            any ? ",\n" : "    materials = (\n", p->part[i].label, (double)c[0], (double)c[1],
+            (double)c[2], (double)c[0], (double)c[1], (double)c[2]);
+        any = true;
+    }
+    if (any)
+        fprintf(out, "\n    );\n");
+}
+
 static void write_solid(const Proposal *p, const char *file, FILE *out)
 {
     fprintf(out, "    voxels = { %s = ", p->volume ? "file" : "mesh");
     // The source, then one material for all of it.
     write_text(file, out);
     fprintf(out, ";");
-    if (p->volume)
+    if (p->part_count > 0)
+        write_parts(p, out);
+    else if (p->volume)
         fprintf(out, "  label = %d;", p->label);
     if (p->volume && p->layer > 0)
         fprintf(out, "  layer = %d;", p->layer);
@@ -114,6 +142,7 @@ static void write_solid(const Proposal *p, const char *file, FILE *out)
             "    material = { youngs_modulus = 1.0e4;  poisson_ratio = 0.3;  density = 1000.0;%s };"
             "\n",
             p->whole ? "" : "  prestress = 800.0;");
+    write_materials(p, out);
     write_fixed(p, 0.35, out);
 }
 
@@ -141,8 +170,23 @@ static void write_tools(const Proposal *p, FILE *out)
     fprintf(out,
             ",\n  { id = 2;  kind = \"blade\";  edge = ([0.0, 0.0, 0.0], [0.0, 0.0, %.6g]); },\n"
             "  { id = 3;  kind = \"grasper\";  max_force = 10.0;\n"
-            "    capsules = ( { radius = %.6g; } ); }\n);\n",
+            "    capsules = ( { radius = %.6g; } ); }",
             size, size / 20.0);
+    // What takes tissue away: a tube that does so in half a minute for a hundredth of the body's
+    // box, and a burr. Of walls it would be whole faces.
+    if (p->model != MODEL_SURFACE && !p->whole)
+        fprintf(
+            out,
+            ",\n"
+            "  { id = 4;  kind = \"remover\";  removes_by = \"suction\";  rate_mm3_s = %.3g;\n"
+            "    mouth = { to = [0.0, 0.0, %.6g];  radius = %.6g; };\n"
+            "    capsules = ( { from = [0.0, 0.0, %.6g];  to = [0.0, 0.0, %.6g];  radius = %.6g; } "
+            "); },\n"
+            "  { id = 5;  kind = \"remover\";  removes_by = \"drill\";\n"
+            "    mouth = { radius = %.6g; }; }",
+            1e9 * size * size * size / 3000.0, size / 30.0, size / 30.0, size / 10.0, 0.8 * size,
+            size / 30.0, size / 30.0);
+    fprintf(out, "\n);\n");
 }
 
 void proposal_write(const Proposal *p, const char *file, FILE *out)
@@ -180,6 +224,8 @@ void proposal_write(const Proposal *p, const char *file, FILE *out)
                              : "    # cuttable = true;   # needs too much time or memory\n");
     fprintf(out, "  }\n);\n");
     write_tools(p, out);
+    if (!p->whole)
+        proposal_write_score(p, out);
 }
 
 // --- what pliantd makes of it --------------------------------------------------------------------
@@ -605,6 +651,40 @@ static const VolumeLabel *find_label(const Proposals *all, LabelChoice choice, S
     return NULL;
 }
 
+// Takes all labels of the layer as one body, with the box of all.
+static bool take_all(Proposals *all, VolumeLabel *sum, Status *status)
+{
+    VolumeLabels *list = &all->labels;
+    int count = 0;
+    // Those of the layer of the largest come first, in their order.
+    for (int i = 0; i < list->count; i++) {
+        const VolumeLabel one = list->label[i];
+        if (one.voxels == 0 || one.layer != list->label[0].layer)
+            continue;
+        memmove(list->label + count + 1, list->label + count,
+                (size_t)(i - count) * sizeof *list->label);
+        list->label[count++] = one;
+    }
+    if (count < 2 || count > LATTICE_MATERIALS)
+        return status_fail(status, STATUS_INVALID,
+                           "%s: %d labels of a layer, 2 to %d can be one body", all->subject.path,
+                           count, LATTICE_MATERIALS);
+    *sum = list->label[0];
+    for (int i = 1; i < count; i++) {
+        const VolumeLabel *one = &list->label[i];
+        sum->voxels += one->voxels;
+        for (int a = 0; a < 3; a++) {
+            sum->low[a] = one->low[a] < sum->low[a] ? one->low[a] : sum->low[a];
+            sum->high[a] = one->high[a] > sum->high[a] ? one->high[a] : sum->high[a];
+        }
+    }
+    sum->label = 0;
+    snprintf(sum->name, sizeof sum->name, "%d labels as one body", count);
+    all->subject.part = list->label;
+    all->subject.part_count = count;
+    return true;
+}
+
 // Where its voxels make more cells than a tick has time for, the search begins with larger ones.
 static double first_cell(const Proposals *all, double spacing)
 {
@@ -621,7 +701,10 @@ static bool look_at_volume(Proposals *all, LabelChoice choice, Status *status)
     frame->origin = vec3_scale(all->subject.scale, frame->origin);
     for (int a = 0; a < 3; a++)
         frame->axis[a] = vec3_scale(all->subject.scale, frame->axis[a]);
-    const VolumeLabel *label = find_label(all, choice, status);
+    VolumeLabel sum;
+    const bool together = choice.label != NULL && strcmp(choice.label, "all") == 0;
+    const VolumeLabel *label =
+        together ? take_all(all, &sum, status) ? &sum : NULL : find_label(all, choice, status);
     if (label == NULL)
         return false;
     all->subject.label = label->label;

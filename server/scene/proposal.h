@@ -17,12 +17,14 @@ enum { PROPOSAL_PIECES = 64, PROPOSAL_NODES = 1000 };
 // What can be made of a file: a wall, a wall full of a fluid, or a solid.
 typedef enum ProposalWay { WAY_WALL, WAY_FILLED, WAY_SOLID, PROPOSAL_WAYS } ProposalWay;
 
-// A scene of one body, and a probe, a blade and a grasper that fit its size.
+// A scene of one body, and tools of each kind that fit its size.
 typedef struct Proposal {
     const char *path; // of the mesh or volume
     bool volume;
     int label, layer;             // of a volume: the label of the body; 0: the only layer
     char label_name[VOLUME_NAME]; // "": none
+    const VolumeLabel *part;      // where all labels of a layer are one body (`label` is 0): those,
+    int part_count;               // of `labels` of its Proposals
     double scale;     // metres per unit of a mesh file; for a volume a factor on its own units
     SceneModel model; // MODEL_SURFACE: a wall
     bool fluid;       // the wall is full of it
@@ -50,7 +52,7 @@ typedef struct Verdict {
 
 // Which part of a label volume is meant.
 typedef struct LabelChoice {
-    const char *label; // number or name; NULL: the largest
+    const char *label; // number, name, or "all" for all as one body; NULL: the largest
     int layer;         // from 1; 0: any
 } LabelChoice;
 
@@ -89,6 +91,11 @@ void proposal_print(const Proposals *proposals, FILE *out);
 void proposal_find_hollow(Proposals *proposals);
 // Sets the colour of all ways: that of the label in the file, or by the name.
 void proposal_find_colour(Proposals *proposals);
+// Returns the colour of a label in the file, or by its name; NULL: neither says one.
+const float *proposal_label_colour(const VolumeLabel *label);
+// Writes the scene's `score`: of a body of several labels a margin around tumours, and vessels to
+// keep.
+void proposal_write_score(const Proposal *proposal, FILE *out);
 // Returns the best way. By the name a hollow organ: a wall. With a cavity: a solid, which keeps the
 // hollow. Else a wall with explicit steps, then a solid, then a wall with implicit steps. -1: none
 // is usable. `why`, if not NULL, gets the rule as a sentence.

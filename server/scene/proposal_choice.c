@@ -84,6 +84,19 @@ static const struct {
     {"breast", {0.90F, 0.76F, 0.62F}},      {"thyroid", {0.66F, 0.30F, 0.26F}},
 };
 
+static const float *colour_by_name(const char *name)
+{
+    for (size_t i = 0; i < sizeof COLOURS / sizeof *COLOURS; i++)
+        if (find_word(name, COLOURS[i].name) != NULL)
+            return COLOURS[i].colour;
+    return NULL;
+}
+
+const float *proposal_label_colour(const VolumeLabel *label)
+{
+    return label->colour[0] >= 0.0F ? label->colour : colour_by_name(label->name);
+}
+
 void proposal_find_colour(Proposals *all)
 {
     const float *found = NULL;
@@ -94,14 +107,43 @@ void proposal_find_colour(Proposals *all)
             (all->subject.layer == 0 || label->layer == all->subject.layer))
             found = label->colour;
     }
-    const char *name = name_of(all);
-    for (size_t i = 0; i < sizeof COLOURS / sizeof *COLOURS && found == NULL; i++)
-        if (find_word(name, COLOURS[i].name) != NULL)
-            found = COLOURS[i].colour;
+    if (all->subject.part_count > 0)
+        found = proposal_label_colour(&all->subject.part[0]);
+    if (found == NULL)
+        found = colour_by_name(name_of(all));
     for (int i = 0; i < PROPOSAL_WAYS && found != NULL; i++) {
         all->verdict[i].proposal.coloured = true;
         memcpy(all->verdict[i].proposal.colour, found, sizeof all->verdict[i].proposal.colour);
     }
+}
+
+// --- what is judged ------------------------------------------------------------------------------
+
+// True if a part of the name is one of the words, which end with NULL.
+static bool has_word(const char *name, const char *const *word)
+{
+    for (; *word != NULL; word++)
+        if (find_word(name, *word) != NULL)
+            return true;
+    return false;
+}
+
+void proposal_write_score(const Proposal *p, FILE *out)
+{
+    static const char *const growths[] = {"tumor", "tumour", "lesion", "cancer", "metasta", NULL},
+                             *const vessels[] = {"vessel", "vein",   "arter", "aorta",
+                                                 "cava",   "portal", NULL};
+    enum { MOST = 16 }; // regions of a scene
+    int count = 0;
+    for (int i = 0; i < p->part_count && count < MOST; i++) {
+        const bool growth = has_word(p->part[i].name, growths);
+        if (growth || has_word(p->part[i].name, vessels))
+            fprintf(out, "%s  { label = %d;  %s }",
+                    count++ == 0 ? "score = { regions = (\n" : ",\n", p->part[i].label,
+                    growth ? "margin = 0.005;" : "keep = true;");
+    }
+    if (count > 0)
+        fprintf(out, "\n); };   # what the ledger judges cuts and removals by\n");
 }
 
 // --- the choice ----------------------------------------------------------------------------------

@@ -80,7 +80,6 @@ export class Proposal {
         this.mesh = mesh;
         this.choice = {};
         element('units').value = '';
-        element('proposal').scrollIntoView({ block: 'start' });
         this.propose();
     }
 
@@ -125,6 +124,7 @@ export class Proposal {
         if (key !== this.shown && !(runs && file === this.filled)) {
             this.fill(check, found, text);
             this.shown = key;
+            if (!runs && this.filled !== file) element('proposal').scrollIntoView({ block: 'start' }); // it has grown
             if (!runs) this.filled = file;
         }
         element('proposal-text').textContent = [check, said, text].filter(Boolean).join('\n');
@@ -150,11 +150,16 @@ export class Proposal {
         const title = (one) => plain(one.name) || `label ${one.label}`;
         const taken = labels.findIndex(isTaken);
         element('label-said').hidden = !labels.length;
-        element('label-said').textContent = taken < 0 ? '' : `${labels.length + found.unlisted} label${
+        const together = found?.label === 0, choose = (choice) => this.choose({ label: undefined, layer: undefined,
+            together: undefined, model: undefined, cuttable: undefined, ...choice });
+        element('label-said').textContent = together ? 'All labels were taken, as one body.' : taken < 0 ? '' : `${labels.length + found.unlisted} label${
             labels.length > 1 ? 's' : ''}: “${title(labels[taken])}”${
             layered ? ` of ${word} ${labels[taken].layer}` : ''} was taken${taken ? '' : ', the largest'}.${
             labels.length > 1 ? ' Choose another one here.' : ''}${
             found.unlisted ? ` The ${found.unlisted} smallest are not listed.` : ''}`;
+        const inLayer = labels.filter(({ layer, volume_cm3: volume }) => volume && layer === labels[0].layer);
+        const all = inLayer.length < 2 || layered ? [] : [choiceRow('label', { title: 'all, as one body', chosen: together,
+            lines: ['each with its colour and its line in the ledger'] }, () => choose({ together: true }))];
         element('label-list').replaceChildren(...labels.map((one, index) => choiceRow('label', {
             title: title(one),
             colour: colourOf(one, index),
@@ -162,8 +167,7 @@ export class Proposal {
             disabled: !one.volume_cm3,
             lines: [[`label ${one.label}`, layered && `${word} ${one.layer}`, volumeText(one.volume_cm3),
                 one.volume_cm3 && sizeText(one.size_mm), one.pieces > 1 && `${one.pieces} pieces`].filter(Boolean).join(' · ')],
-        }, () => this.choose({ label: one.label, layer: layered ? one.layer : undefined, model: undefined,
-            cuttable: undefined }))));
+        }, () => choose({ label: one.label, layer: layered ? one.layer : undefined }))), ...all);
     }
 
     fillWays(found, text) {
