@@ -179,14 +179,15 @@ static const TableForm tool_form[TOOL_TABLES] = {
     [TOOL_FORCE] = {"force", REAL, 3, FRAME_ROWS, "N"},
 };
 
-static bool create_table(const Recording *recording, const char *group, const TableForm *form,
-                         int chunk, HdfTable *table)
+static bool create_table(Recording *recording, const char *group, const TableForm *form, int chunk,
+                         HdfTable *table)
 {
     const hid_t type[] = {
         [REAL] = H5T_NATIVE_DOUBLE,   [SINGLE] = H5T_NATIVE_FLOAT, [LONG] = H5T_NATIVE_INT64,
         [INTEGER] = H5T_NATIVE_INT32, [BYTE] = H5T_NATIVE_INT8,    [COLOUR] = H5T_NATIVE_UINT8};
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, form->name);
+    recording->table_count++;
     return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
                             form->unit, table);
 }
@@ -274,6 +275,7 @@ static bool create_events(Recording *recording)
 {
     recording->event_type = recording_event_type();
     recording->ledger_type = recording_ledger_type();
+    recording->table_count += 2;
     return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
                             "time s, step ticks", &recording->event) &&
            hdf_table_create(&recording->file, "/ledger", recording->ledger_type, 0, EVENT_ROWS,
@@ -296,9 +298,7 @@ static bool write_head(Recording *recording, const RecordingOptions *options)
 static bool reserve(Recording *recording, size_t bytes)
 {
     hsize_t size = 0;
-    size_t tables =
-        (size_t)(recording->body_count * BODY_TABLES + recording->tool_count * TOOL_TABLES + 1);
-    size_t margin = SPACE_MARGIN + tables * CHUNK_KEPT;
+    size_t margin = SPACE_MARGIN + (size_t)recording->table_count * CHUNK_KEPT;
     if (H5Fget_filesize(recording->file.id, &size) < 0 ||
         disk_space_reserve(&recording->space, (int64_t)(size + bytes + margin)))
         return true;

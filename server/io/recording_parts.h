@@ -100,6 +100,7 @@ struct Recording {
     Status sidecar;  // of its newest writing
     double still;    // [m]
     int body_count, tool_count;
+    int table_count; // data sets that grow
     RecordedBody *body;
     RecordedTool *tool;
     HdfTable event, ledger;

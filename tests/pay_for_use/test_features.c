@@ -121,6 +121,10 @@ static const Case VOXEL[] = {
     {.feature = "levels of detail", .body = "levels = 1;"},
     {.feature = "display surface", .body = "levels = 0; skin = { mesh = \"skin.off\"; };"},
     {.feature = "tearing", .body = "cuttable = true; tear = { stress = 1.0e4; };", .others = 1},
+    {.feature = "tension at rest",
+     .body = "cuttable = true;",
+     .material = "damping = 0.0; prestress = 100.0;",
+     .others = 1},
 };
 
 static const char *or_else(const char *text, const char *preset)
