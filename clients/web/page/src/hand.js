@@ -19,6 +19,7 @@ const TURNS_WITHIN = 0.04;         // of the scene's size: the way in which a bl
 const TURNS = 12;                  // [rad/s] no faster: the server would doubt it
 const HELD_AFTER = 300;           // [ms] until jaws that report no force are said to hold nothing
 const TELL_EVERY = 100;           // [ms]
+const SILENT = 1000;               // [ms] after which the server has withdrawn a tool of a page that sent nothing
 const STROKE_ENDS = 1000;         // [ms] after the blade's withdrawal; what no event has reported by then cut nothing
 const STROKE_WAITS = 8;           // so often, for a blade that is still on its way
 
@@ -273,8 +274,10 @@ export class Hand {
     }
 
     send(time) {
-        const { drag, place } = this;
-        drag.sent = performance.now();
+        const { drag, place } = this, now = performance.now(), silent = now - drag.sent;
+        if (this.stroke && silent > SILENT && silent < Infinity)
+            this.stroke.why = `this browser was too busy to say where ${drag.tool.title} was for ${(silent / 1000).toFixed(1)} s`;
+        drag.sent = now;
         // The surface of a probe's tip touches the point; the middle of jaws does.
         const back = drag.kind === 'press' ? drag.radius : 0;
         place.copy(this.at).addScaledVector(drag.direction, drag.advance - back).sub(drag.tip);
