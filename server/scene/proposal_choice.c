@@ -136,11 +136,20 @@ void proposal_write_score(const Proposal *p, FILE *out)
     enum { MOST = 16 }; // regions of a scene
     int count = 0;
     for (int i = 0; i < p->part_count && count < MOST; i++) {
-        const bool growth = has_word(p->part[i].name, growths);
-        if (growth || has_word(p->part[i].name, vessels))
-            fprintf(out, "%s  { label = %d;  %s }",
-                    count++ == 0 ? "score = { regions = (\n" : ",\n", p->part[i].label,
-                    growth ? "margin = 0.005;" : "keep = true;");
+        const VolumeLabel *part = &p->part[i];
+        const bool growth = has_word(part->name, growths);
+        if (!growth && !has_word(part->name, vessels))
+            continue;
+        // What a scene file can hold of its name.
+        char name[24];
+        int length = 0;
+        for (const char *c = part->name; *c != '\0' && length < (int)sizeof name - 1; c++)
+            if (isalnum((unsigned char)*c) || *c == ' ' || *c == '-' || *c == '_')
+                name[length++] = *c;
+        name[length] = '\0';
+        fprintf(out, "%s  { name = \"%s\";  label = %d;  %s }",
+                count++ == 0 ? "score = { regions = (\n" : ",\n", name, part->label,
+                growth ? "margin = 0.005;" : "keep = true;");
     }
     if (count > 0)
         fprintf(out, "\n); };   # what the ledger judges cuts and removals by\n");
