@@ -390,7 +390,8 @@ test('a_grasp_that_slips_and_a_stroke_of_a_blade_say_what_came_of_them', options
     assert.match(await hint(), /^The tissue slipped/, 'that stays until the next drag');
     await page.keyboard.press('3');
     for (const [kind, text, says] of [
-        ['cut', "tool 4, stroke ended: body 'ball': 7 links severed", /^Cut: body 'ball': 7 links severed$/],
+        ['cut', "tool 4, stroke ended: body 'ball': 7 links severed, 6 nodes added, 2 pieces",
+            /^Cut: ball: 7 links, in 2 pieces now$/],
         ['cut_refused', "tool 4: body 'ball' may need 9 more nodes", /^Nothing was cut: body 'ball' may need 9 more nodes$/],
         ['', '', /^Nothing was cut: blade 4 met no tissue that is cuttable$/]]) {
         await drag(m, PULL);
@@ -414,7 +415,7 @@ test('a_stroke_says_all_that_was_cut_and_why_not_more', options, async () => {
     event('cut', "tool 4, stroke ended: body 'ball': 7 links severed");
     await page.mouse.up();
     event('cut', "tool 4, stroke ended: body 'other': 2 links severed");
-    const says = "Cut: body 'ball': 7 links severed; body 'other': 2 links severed. Not on all of the way: " +
+    const says = "Cut: ball: 7 links; other: 2 links. Not on all of the way: " +
         'the server stood still for 0.300 s: these ticks are skipped, all tools withdrawn';
     await until('both bodies, and the gap', async () => (await hint()) === says);
     await page.keyboard.press('1');
@@ -473,7 +474,9 @@ test('a_drag_with_a_remover_holds_its_pedal_down', options, async () => {
     session.text({ type: 'event', kind: 'remove', text: "tool 9: 4 cells of body 'ball' removed, 171.5 mm3, 0.18 g",
         body: 'ball', step: 1, utime: 1 });
     await until('it is told what came of it', async () =>
-        (await hint()) === "Removed: 4 cells of body 'ball' removed, 171.5 mm3, 0.18 g");
+        (await hint()) === 'Removed: ball: 171.5 mm³ (0.18 g)');
+    session.text({ type: 'event', kind: 'reset', text: '', body: '', step: 1, utime: 1 });
+    await until('what is undone is no longer told', async () => /^Drag on tissue/.test(await hint()));
     await page.keyboard.press('1');
 });
 

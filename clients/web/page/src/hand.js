@@ -34,6 +34,14 @@ function withoutTool(kind, tools, size) {
     return `This scene has no ${kind}. ${tools.length ? `Add to its tools: ${line}` : `Add to it: tools = ( ${line} );`}`;
 }
 
+/** What an event says of a body, for people: "liver: 1158 mm³ (1.227 g)". */
+export const plainly = (said) => said.replace('mm3', 'mm³').replace('mm3', 'mm³')
+    .replace(/^body '(.*?)': (\d+) links severed(?:, \d+ nodes added)?(?:, (\d+) pieces?)?/, (_, name, links, pieces) =>
+        `${name}: ${links} links${pieces > 1 ? `, in ${pieces} pieces now` : ''}`)
+    .replace(/^\d+ \w+ of body '(.*?)' removed, (.*?), (\S+ g)/, '$1: $2 ($3)')
+    .replace(/^(\S+ J) heated body '(.*?)', \d+ \w+ removed, (.*?), (\S+ g)/, '$2: $3 ($4) boiled away with $1')
+    .replace(/^begins anew at a pose: no hand goes there so fast/, 'a part was faster than any hand');
+
 const slipped = ({ title }) => `The tissue slipped out of ${title}: pull less, or take hold where more is between its jaws`;
 
 export class Hand {
@@ -296,11 +304,15 @@ export class Hand {
         const { drag, stroke } = this;
         if (drag?.kind === 'pull' && drag.tool.id === Number(id) && /^(grasp|slipped)$/.test(kind))
             drag.slipped = kind === 'slipped';
+        if (kind === 'reset' && !drag) {
+            this.stroke = this.knife.stroke = null;
+            this.world.told('');
+        }
         if (stroke && kind === 'stopped') stroke.why = `the server stood still ${text}`;
         else if (stroke?.tool.id !== Number(id) || !/^((cut|remove)(_refused)?|jump|withdrawn)$/.test(kind)) return;
         else if (/^ignored/.test(said)) return; // one pose of many
-        else if (kind === 'cut' || kind === 'remove') stroke.done.push(said);
-        else stroke.why = said;
+        else if (kind === 'cut' || kind === 'remove') stroke.done.push(plainly(said));
+        else stroke.why = plainly(said);
         if (stroke.over) this.tellStroke(stroke);
     }
 

@@ -107,7 +107,7 @@ function blade(length) {
         cheeks.push([[a.back, a.y, k ? t : 0], [a.back, a.y, k ? -t : 0], [b.back, b.y, -t], [b.back, b.y, t]]);
     }
     // It leans back, so that it hides nothing of the way before the edge.
-    const handle = shaft(0.065 * length, 2.4 * length);
+    const handle = shaft(0.045 * length, 1.6 * length);
     handle.position.set(0.7 * wide, 0.93 * length, 0);
     handle.rotation.z = -0.95;
     group.add(new Mesh(facets(bevels), steel(0xffffff, DoubleSide)), new Mesh(facets(cheeks), steel(0xa9b3bb, DoubleSide)),
@@ -231,6 +231,7 @@ export function buildInstrument(tool, group) {
 // Along +y, of length one; its width is a small part of the scene, set by its scale.
 export function forceArrow() {
     const material = steel(0xf0b429);
+    material.transparent = true; // drawn after the lines of cuts, which else were seen through what lies before them
     const group = new Group();
     const stem = new Mesh(new CylinderGeometry(0.006, 0.006, 0.8, 12).translate(0, 0.4, 0), material);
     const head = new Mesh(new CylinderGeometry(0, 0.018, 0.26, 16).translate(0, 0.87, 0), material);

@@ -96,7 +96,7 @@ export class Knife {
         if (!sent) this.world.told('Drag across the tissue to cut.');
         else if (open.size) this.world.told(`cutting: ${open.size} of ${sent} strokes wait for an answer`);
         else if (refused === sent) this.world.told(`Nothing was cut: ${why}`);
-        else if (!severed && !refused) this.world.told('Nothing was cut: the drag met no uncut tissue.');
+        else if (!severed && !refused) this.world.told('Nothing was cut: the drag met no tissue that is cuttable and not cut yet.');
         else this.world.told(`${severed} links or faces were cut` +
             (refused ? `; ${refused} of ${sent} strokes were refused: ${why}` : ''));
     }
