@@ -7,23 +7,14 @@
 // PLIANT_REMOVING_SEED is another seed, PLIANT_REMOVING_DEEDS another number of deeds.
 #include "test.h"
 #include "effort.h"
-#include "frames.h"
-#include "lcm_client.h"
 #include "random.h"
-
-#include "pliant_ledger_t.h"
-#include "pliant_status_t.h"
+#include "removing.h"
 
 #include <sys/wait.h>
 
-enum { BODIES = 2, SIDE = 13, PIECES_MOST = 4096, TISSUES = 3 };
+enum { SIDE = 13 };
 static const double CELL = 0.005;            // of the solid [m]
 static const double AT[BODIES] = {0.0, 0.1}; // their centres, along x [m]
-static const char *const NAME[BODIES] = {"organ", "wall"};
-// A loose piece flies until the next RESET, as fast as the tools or loads that hit it: some 1 m/s
-// for a few simulated seconds. Numbers that have got lost go farther.
-static const double FARTHEST = 100.0; // [m]
-
 static const char SCENE[] =
     "name = \"removing\"; start = \"paused\"; rate_hz = 1000.0;\n"
     "publish = { nodes_hz = 1.0; mesh_hz = 1.0; contact_hz = 0.0; status_hz = 1.0; };\n"
@@ -56,399 +47,12 @@ static const char SCENE[] =
     "    mouth = { radius = 0.003; }; } );\n"
     "score = { regions = ( { label = 2; margin = 0.005; } ); };\n";
 
-typedef enum Deed {
-    CUT,
-    STROKE,
-    SUCTION,
-    DRILL,
-    DIATHERMY,
-    TEAR,
-    GRASP,
-    PRESS,
-    RESET,
-    SAVE,
-    DEEDS
-} Deed;
-static const char *const DEED[DEEDS] = {"cuts",
-                                        "strokes",
-                                        "presses of suction",
-                                        "of the drill",
-                                        "of diathermy",
-                                        "loads that tear",
-                                        "grasps",
-                                        "presses of a probe",
-                                        "resets",
-                                        "checkpoints"};
-// Of a hundred deeds; those of the other kinds are cuts.
-static const int SHARE[DEEDS] = {
-    [STROKE] = 15, [SUCTION] = 12, [DRILL] = 14, [DIATHERMY] = 6, [TEAR] = 12,
-    [GRASP] = 5,   [PRESS] = 5,    [RESET] = 3,  [SAVE] = 1};
-
-// What a front end keeps of a body.
-typedef struct Follower {
-    lcm_subscription_t *on[3];
-    MeshFrame mesh, whole; // followed by deltas since the first whole one; the newest whole one
-    NodesFrame nodes;
-    int wholes, deltas, missed;
-    double farthest; // node so far [m]
-} Follower;
-
-// One tissue of the ledger, [m3] or [m2].
-typedef struct Tissue {
-    bool there;
-    double density, at_load, attached, cut_off, removed, coagulated;
-} Tissue;
-
-typedef struct Trial {
-    Client *client;
-    Follower follower[BODIES];
-    pliant_status_t_subscription_t *on_status;
-    pliant_ledger_t_subscription_t *on_ledger;
-    // the newest status
-    int64_t step;
-    int pieces[BODIES], topology[BODIES];
-    double mass[BODIES];
-    // the newest ledger, and what it must not fall below
-    Tissue tissue[TISSUES], before[TISSUES];
-    double sections;
-    int ledgers;
-    // what is done
-    uint64_t random;
-    int deed; // its number
-    Deed now;
-    int64_t done[DEEDS], made[DEEDS], events[4]; // made: of cuts, those that cut something
-} Trial;
-
-#define expect_of(trial, condition)                                                                \
-    do {                                                                                           \
-        if (!(condition))                                                                          \
-            fail_msg("deed %d (%s), step %lld: not %s", (trial)->deed, DEED[(trial)->now],         \
-                     (long long)(trial)->step, #condition);                                        \
-    } while (0)
-
-// --- what came ---
-
-RAW_HANDLER(on_mesh)
-{
-    Follower *follower = user;
-    const bool whole =
-        mesh_frame_add(&follower->whole, buffer->data, buffer->data_size) == FRAMES_WHOLE;
-    // A client that has lost a delta begins again with the next whole mesh.
-    if (follower->wholes == 0 || follower->missed > 0)
-        if (mesh_frame_add(&follower->mesh, buffer->data, buffer->data_size) == FRAMES_WHOLE)
-            follower->missed = 0;
-    follower->wholes += whole;
-}
-
-RAW_HANDLER(on_delta)
-{
-    Follower *follower = user;
-    const FramesResult result =
-        mesh_frame_add_delta(&follower->mesh, buffer->data, buffer->data_size);
-    follower->deltas += result == FRAMES_WHOLE;
-    follower->missed += result == FRAMES_MISSED;
-}
-
-RAW_HANDLER(on_nodes)
-{
-    nodes_frame_add(&((Follower *)user)->nodes, buffer->data, buffer->data_size);
-}
-
-HANDLER(on_status, pliant_status_t, status)
-{
-    Trial *trial = user;
-    assert_int_equal(status->num_bodies, BODIES);
-    trial->step = status->step;
-    for (int b = 0; b < BODIES; b++) {
-        assert_string_equal(status->body[b].name, NAME[b]);
-        trial->pieces[b] = status->body[b].pieces;
-        trial->topology[b] = status->body[b].topology;
-        trial->mass[b] = status->body[b].mass;
-    }
-}
-
-// Always: nothing is lost, nothing comes back but by RESET, only a remover takes anything.
-static void check_ledger(Trial *trial)
-{
-    for (int t = 0; t < TISSUES; t++) {
-        const Tissue *now = &trial->tissue[t], *before = &trial->before[t];
-        const double present = now->attached + now->cut_off;
-        // Counts of cells, or sums of some hundred areas: a few roundings.
-        const double rounding = 1e-12 * now->at_load;
-        expect_of(trial, now->at_load > 0.0 && now->attached >= 0.0 && now->cut_off >= 0.0);
-        expect_of(trial, fabs(present + now->removed - now->at_load) <= rounding);
-        expect_of(trial, now->coagulated >= 0.0 && now->coagulated <= present + rounding);
-        if (before->there && trial->now != RESET)
-            expect_of(trial, now->removed >= before->removed - rounding);
-        if (before->there && (trial->now < SUCTION || trial->now > DIATHERMY) &&
-            trial->now != RESET)
-            expect_of(trial, now->removed <= before->removed + rounding);
-        if (before->there)
-            expect_of(trial, fabs(now->at_load - before->at_load) <= rounding);
-    }
-}
-
-HANDLER(on_ledger, pliant_ledger_t, ledger)
-{
-    Trial *trial = user;
-    assert_int_equal(ledger->num_tissues, TISSUES);
-    assert_int_equal(ledger->num_bodies, BODIES);
-    for (int t = 0; t < TISSUES; t++) {
-        const pliant_ledger_tissue_t *of = &ledger->tissue[t];
-        assert_string_equal(of->body, NAME[t / 2]);
-        trial->before[t] = trial->tissue[t];
-        trial->tissue[t] = (Tissue){.there = true,
-                                    .density = of->density,
-                                    .at_load = of->at_load,
-                                    .attached = of->attached,
-                                    .cut_off = of->cut_off,
-                                    .removed = of->removed,
-                                    .coagulated = of->coagulated};
-    }
-    check_ledger(trial);
-    const double sections = ledger->body[0].cut + ledger->body[0].torn;
-    // Sums in the order of cuts.
-    expect_of(trial, trial->now == RESET || sections >= trial->sections * (1.0 - 1e-9));
-    trial->sections = sections;
-    const pliant_ledger_region_t *region = &ledger->region[0];
-    expect_of(trial, region->touched ? region->distance == 0.0 : region->distance >= -1.0);
-    trial->ledgers++;
-}
-
-static void follow(Trial *trial)
-{
-    lcm_t *lcm = trial->client->lcm;
-    char channel[64];
-    for (int b = 0; b < BODIES; b++) {
-        Follower *follower = &trial->follower[b];
-        static const struct {
-            const char *kind;
-            lcm_msg_handler_t handler;
-        } heard[3] = {{"MESH", on_mesh}, {"MESH_DELTA", on_delta}, {"NODES", on_nodes}};
-        for (int k = 0; k < 3; k++) {
-            snprintf(channel, sizeof channel, "PLIANT_%s_%s", heard[k].kind, NAME[b]);
-            follower->on[k] = lcm_subscribe(lcm, channel, heard[k].handler, follower);
-            lcm_subscription_set_queue_capacity(follower->on[k], 4096);
-        }
-    }
-    trial->on_status = pliant_status_t_subscribe(lcm, "PLIANT_STATUS", on_status, trial);
-    trial->on_ledger = pliant_ledger_t_subscribe(lcm, "PLIANT_LEDGER", on_ledger, trial);
-    pliant_ledger_t_subscription_set_queue_capacity(trial->on_ledger, 4096);
-}
-
-static void unfollow(Trial *trial)
-{
-    for (int b = 0; b < BODIES; b++) {
-        Follower *follower = &trial->follower[b];
-        for (int k = 0; k < 3; k++)
-            lcm_unsubscribe(trial->client->lcm, follower->on[k]);
-        mesh_frame_destroy(&follower->mesh);
-        mesh_frame_destroy(&follower->whole);
-        nodes_frame_destroy(&follower->nodes);
-    }
-    pliant_status_t_unsubscribe(trial->client->lcm, trial->on_status);
-    pliant_ledger_t_unsubscribe(trial->client->lcm, trial->on_ledger);
-}
-
-// --- what holds of a mesh ---
-
-static int root(int *of, int i)
-{
-    while (of[i] != i)
-        i = of[i] = of[of[i]];
-    return i;
-}
-
-static int compare_ints(const void *a, const void *b)
-{
-    const int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
-// Every live node has an id of its own and a finite position.
-static void check_nodes(Trial *trial, Follower *follower)
-{
-    const MeshFrame *mesh = &follower->mesh;
-    FREED int *id = zeroed((size_t)mesh->node_count + 1, sizeof *id);
-    int live = 0;
-    for (int i = 0; i < mesh->node_count; i++) {
-        if (mesh->id[i] < 0)
-            continue;
-        id[live++] = mesh->id[i];
-        double distance = 0.0;
-        for (int c = 0; c < 3; c++)
-            distance = fmax(distance, fabs((double)follower->nodes.position[3 * i + c]));
-        expect_of(trial, distance < FARTHEST); // false if it is not finite
-        follower->farthest = fmax(follower->farthest, distance);
-    }
-    qsort(id, (size_t)live, sizeof *id, compare_ints);
-    for (int k = 1; k < live; k++)
-        expect_of(trial, id[k] != id[k - 1]);
-}
-
-// Triangles name live nodes of one piece, and there are as many pieces as the status has. A wall's
-// piece is what hangs together by nodes; a solid's may have several surfaces.
-static void check_pieces(Trial *trial, int body)
-{
-    const MeshFrame *mesh = &trial->follower[body].mesh;
-    FREED int *of = zeroed((size_t)mesh->node_count + 1, sizeof *of);
-    FREED bool *used = zeroed((size_t)mesh->node_count + 1, sizeof *used);
-    static bool seen[PIECES_MOST];
-    memset(seen, 0, sizeof seen);
-    for (int i = 0; i < mesh->node_count; i++)
-        of[i] = i;
-    for (int t = 0; t < mesh->triangle_count; t++) {
-        const int32_t *n = mesh->triangle + 3L * t;
-        if (n[0] == 0 && n[1] == 0 && n[2] == 0)
-            continue;
-        for (int k = 0; k < 3; k++) {
-            const int a = n[k], b = n[(k + 1) % 3];
-            expect_of(trial, a >= 0 && a < mesh->node_count && a != b);
-            expect_of(trial, mesh->id[a] >= 0);
-            expect_of(trial, mesh->piece[a] == mesh->piece[n[0]]);
-            used[a] = true;
-        }
-        of[root(of, n[1])] = root(of, n[0]);
-        of[root(of, n[2])] = root(of, n[0]);
-    }
-    int parts = 0, pieces = 0;
-    for (int i = 0; i < mesh->node_count; i++) {
-        if (!used[i])
-            continue;
-        parts += root(of, i) == i;
-        expect_of(trial, mesh->piece[i] >= 0 && mesh->piece[i] < PIECES_MOST);
-        pieces += !seen[mesh->piece[i]];
-        seen[mesh->piece[i]] = true;
-    }
-    expect_of(trial, pieces == trial->pieces[body]);
-    expect_of(trial, body == 1 ? parts == pieces : parts >= pieces);
-}
-
-// A solid's surface is closed: each edge is passed as often in one direction as in the other.
-static int compare_edges(const void *a, const void *b)
-{
-    return memcmp(a, b, 2 * sizeof(int));
-}
-
-static void check_closed(Trial *trial, int body)
-{
-    const MeshFrame *mesh = &trial->follower[body].mesh;
-    const int most = 3 * mesh->triangle_count;
-    FREED int *ahead = zeroed(2 * (size_t)most + 2, sizeof *ahead);
-    FREED int *back = zeroed(2 * (size_t)most + 2, sizeof *back);
-    size_t edges = 0;
-    for (int t = 0; t < mesh->triangle_count; t++)
-        for (int k = 0; k < 3; k++) {
-            const int a = mesh->triangle[3 * t + k], b = mesh->triangle[3 * t + (k + 1) % 3];
-            if (a == b)
-                continue;
-            ahead[2 * edges] = back[2 * edges + 1] = a;
-            ahead[2 * edges + 1] = back[2 * edges] = b;
-            edges++;
-        }
-    qsort(ahead, edges, 2 * sizeof *ahead, compare_edges);
-    qsort(back, edges, 2 * sizeof *back, compare_edges);
-    expect_of(trial, memcmp(ahead, back, 2 * edges * sizeof *ahead) == 0);
-}
-
-static double mass_of(const Trial *trial, int body)
-{
-    double mass = 0.0;
-    for (int t = 0; t < TISSUES; t++)
-        if (t / 2 == body)
-            mass +=
-                trial->tissue[t].density * (trial->tissue[t].attached + trial->tissue[t].cut_off);
-    return mass;
-}
-
-// Messages of one moment leave one after the other: waits until those of `step` are there.
-static bool is_whole(const Trial *trial, int64_t step)
-{
-    for (int b = 0; b < BODIES; b++) {
-        const Follower *follower = &trial->follower[b];
-        if (!follower->nodes.whole || follower->nodes.step != step || !follower->mesh.whole ||
-            follower->nodes.topology != follower->mesh.topology ||
-            follower->mesh.topology != trial->topology[b] ||
-            follower->mesh.node_count != follower->nodes.node_count)
-            return false;
-        // The body's mass is that of its ledger: sums of some thousand cells or faces.
-        if (fabs(mass_of(trial, b) - trial->mass[b]) > 1e-9 * trial->mass[b])
-            return false;
-    }
-    return trial->step == step && trial->ledgers > 0;
-}
-
-static int64_t step_on(Trial *trial, int ticks);
-
-static void say_what_is_missing(const Trial *trial, int64_t step)
-{
-    for (int b = 0; b < BODIES; b++) {
-        const Follower *follower = &trial->follower[b];
-        print_error(
-            "%s: frame of step %lld, topology %d; mesh %d, status %d; mass %.15g, by ledger "
-            "%.15g\n",
-            NAME[b], (long long)follower->nodes.step, follower->nodes.topology,
-            follower->mesh.topology, trial->topology[b], trial->mass[b], mass_of(trial, b));
-    }
-    fail_msg("deed %d (%s): messages of step %lld (status %lld) do not agree", trial->deed,
-             DEED[trial->now], (long long)step, (long long)trial->step);
-}
-
-static void check(Trial *trial, int64_t step)
-{
-    for (int tries = 0; tries < 5 && !is_whole(trial, step); tries++) {
-        const double limit = client_now() + 2.0;
-        while (!is_whole(trial, step) && client_now() < limit)
-            client_listen(trial->client, 20);
-        if (is_whole(trial, step))
-            break;
-        // A datagram was lost.
-        command(trial->client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
-        if (tries > 0)
-            step = step_on(trial, 1);
-    }
-    if (!is_whole(trial, step))
-        say_what_is_missing(trial, step);
-    for (int b = 0; b < BODIES; b++) {
-        assert_int_equal(trial->follower[b].mesh.refused + trial->follower[b].nodes.refused, 0);
-        check_nodes(trial, &trial->follower[b]);
-        check_pieces(trial, b);
-    }
-    check_closed(trial, 0);
-}
-
-// The mesh of a client that came now is that of one that has followed since the start.
-static void check_followed(Trial *trial)
-{
-    Client *client = trial->client;
-    int before[BODIES];
-    for (int b = 0; b < BODIES; b++)
-        before[b] = trial->follower[b].wholes;
-    command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
-    for (int b = 0; b < BODIES; b++) {
-        const Follower *follower = &trial->follower[b];
-        const MeshFrame *a = &follower->mesh, *whole = &follower->whole;
-        wait_until(client, follower->wholes > before[b] && a->topology == whole->topology);
-        expect_of(trial, a->node_count == whole->node_count);
-        expect_of(trial, a->triangle_count == whole->triangle_count);
-        const size_t nodes = (size_t)a->node_count, corners = 3 * (size_t)a->triangle_count;
-        expect_of(trial, memcmp(a->triangle, whole->triangle, corners * sizeof *a->triangle) == 0);
-        expect_of(trial, memcmp(a->id, whole->id, nodes * sizeof *a->id) == 0);
-        expect_of(trial, memcmp(a->origin, whole->origin, nodes * sizeof *a->origin) == 0);
-        expect_of(trial, memcmp(a->piece, whole->piece, nodes * sizeof *a->piece) == 0);
-    }
-}
+// Of a hundred deeds; of the others one is a RESET each 5, 10, 20, ... 320, by chance, the rest are
+// cuts.
+static const int SHARE[DEEDS] = {[STROKE] = 15, [SUCTION] = 12, [DRILL] = 14, [DIATHERMY] = 6,
+                                 [TEAR] = 12,   [GRASP] = 5,    [PRESS] = 5,  [SAVE] = 1};
 
 // --- deeds ---
-
-static int64_t step_on(Trial *trial, int ticks)
-{
-    const Reply *reply = command(trial->client, PLIANT_COMMAND_T_STEP, ticks, "");
-    assert_true(reply->ok);
-    const int64_t step = reply->step;
-    trial->client->replies = trial->client->events = 0;
-    return step;
-}
 
 static Vec3 direction(Trial *trial)
 {
@@ -517,10 +121,10 @@ static int64_t move(Trial *trial, int tool, Vec3 from, Vec3 to, int poses, int t
         const Vec3 way = vec3_scale((double)k / poses, vec3_sub(to, from));
         // A tool works from its second pose on, so that what it does begins where it is.
         pose(trial, tool, vec3_add(from, way), turn, k > 0 ? grip : 0.0, true);
-        step_on(trial, ticks);
+        removing_step(trial, ticks);
     }
     pose(trial, tool, to, turn, 0.0, false);
-    return step_on(trial, 1);
+    return removing_step(trial, 1);
 }
 
 static void publish_cut(Client *client, const void *message)
@@ -539,7 +143,7 @@ static int64_t cut(Trial *trial)
                screwed = random_below(&trial->random, 10) == 0;
     pliant_cut_t message = {.sender = trial->client->sender,
                             .id = ++trial->client->next_id,
-                            .body = (char *)(uintptr_t)(all ? "" : NAME[body])};
+                            .body = (char *)(uintptr_t)(all ? "" : removing_body[body])};
     for (int end = 0; end < 2; end++) {
         const Vec3 along = vec3_scale(end == 0 ? -reach : reach, v);
         const Vec3 w = screwed ? direction(trial) : u;
@@ -550,7 +154,7 @@ static int64_t cut(Trial *trial)
     }
     const Reply *reply = answer_to(trial->client, message.id, publish_cut, &message);
     trial->made[CUT] += reply->ok;
-    return step_on(trial, 2);
+    return removing_step(trial, 2);
 }
 
 static int64_t stroke(Trial *trial)
@@ -574,13 +178,13 @@ static int64_t tear(Trial *trial)
 {
     const int body = any_body(trial);
     const Vec3 at = any_node(trial, body), way = direction(trial);
-    // A solid of 25 cm2 tears at 2500 Pa: a few newtons on a part of it do.
-    const double most = body == 0 ? 4.0 : 1.0, force = random_between(&trial->random, 0.0, most);
+    const double force = random_between(&trial->random, 0.0, body == 0 ? LOAD : 0.25 * LOAD);
     const double center[3] = {at.x, at.y, at.z},
                  newton[3] = {force * way.x, force * way.y, force * way.z};
-    const Reply *reply = apply_load(trial->client, center, 0.012, newton, 0.02, NAME[body]);
+    const Reply *reply =
+        apply_load(trial->client, center, 0.012, newton, 1e-3 * LOAD_TICKS, removing_body[body]);
     trial->made[TEAR] += reply->ok;
-    return step_on(trial, 25);
+    return removing_step(trial, LOAD_TICKS + 5);
 }
 
 static int64_t grasp(Trial *trial)
@@ -600,9 +204,11 @@ static int64_t press(Trial *trial)
 static int64_t reset(Trial *trial)
 {
     assert_true(command(trial->client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
-    const int64_t step = step_on(trial, 1);
+    const int64_t step = removing_step(trial, 1);
+    trial->reset_at = step - 1;
+    trial->next_reset = trial->deed + (5 << random_below(&trial->random, 7));
     // All tissue is back, in one piece.
-    wait_until(trial->client, is_whole(trial, step));
+    wait_until(trial->client, removing_is_whole(trial, step));
     for (int t = 0; t < TISSUES; t++) {
         expect_of(trial, trial->tissue[t].attached == trial->tissue[t].at_load);
         expect_of(trial, trial->tissue[t].coagulated == 0.0);
@@ -616,12 +222,14 @@ static int64_t save(Trial *trial)
 #if WITH_HDF5
     assert_true(command(trial->client, PLIANT_COMMAND_T_CHECKPOINT, 0, "")->ok);
 #endif
-    return step_on(trial, 1);
+    return removing_step(trial, 1);
 }
 
 static Deed draw_deed(Trial *trial)
 {
     int number = random_below(&trial->random, 100);
+    if (trial->deed >= trial->next_reset)
+        return RESET;
     for (int deed = 1; deed < DEEDS; deed++)
         if ((number -= SHARE[deed]) < 0)
             return (Deed)deed;
@@ -710,12 +318,15 @@ static void report(const Trial *trial, double seconds)
 {
     print_message("%d deeds in %.1f s, %lld ticks:", trial->deed, seconds, (long long)trial->step);
     for (int deed = 0; deed < DEEDS; deed++)
-        print_message(" %lld %s,", (long long)trial->done[deed], DEED[deed]);
+        print_message(" %lld %s,", (long long)trial->done[deed], removing_deed[deed]);
     print_message("\n%lld cuts cut; %lld loads taken; deltas %d and %d; farthest node %.2f and "
                   "%.2f m\n",
                   (long long)trial->made[CUT], (long long)trial->made[TEAR],
                   trial->follower[0].deltas, trial->follower[1].deltas, trial->follower[0].farthest,
                   trial->follower[1].farthest);
+    for (int k = 0; k < EVENTS; k++)
+        print_message("%lld events %s%s", (long long)trial->events[k], removing_event[k],
+                      k + 1 < EVENTS ? ", " : "\n");
     const StatusSeen *status = &trial->client->status;
     for (int i = 0; i < status->reasons; i++)
         print_message("  %s %lld\n", status->reason[i], (long long)status->reason_count[i]);
@@ -731,7 +342,7 @@ TEST(whatever_takes_tissue_apart_keeps_meshes_pieces_masses_and_the_ledger)
     write_volume("removing.nrrd");
     write_text(scene, SCENE);
     trial.client = client_create();
-    follow(&trial);
+    removing_follow(&trial);
 #if WITH_HDF5
     const char *kept = scratch("removing.h5");
     daemon_start(&pliantd, "--checkpoint %s --log-inputs %s %s", kept, log, scene);
@@ -743,11 +354,11 @@ TEST(whatever_takes_tissue_apart_keeps_meshes_pieces_masses_and_the_ledger)
         wait_until(trial.client, trial.follower[b].wholes > 0);
     const double begin = client_now();
     trial.now = RESET; // nothing was before
-    check(&trial, step_on(&trial, 1));
+    removing_check(&trial, removing_step(&trial, 1));
     while (trial.deed < deeds) {
-        check(&trial, do_next(&trial));
+        removing_check(&trial, do_next(&trial));
         if (trial.deed % 10 == 0)
-            check_followed(&trial);
+            removing_check_followed(&trial);
     }
     report(&trial, client_now() - begin);
     // The guard has restored nothing without a tool or load that explains it.
@@ -757,7 +368,7 @@ TEST(whatever_takes_tissue_apart_keeps_meshes_pieces_masses_and_the_ledger)
         if (refused(trial.client, never[k]) > 0)
             fail_msg("%s", never[k]);
     server_stop(trial.client, &pliantd);
-    unfollow(&trial);
+    removing_unfollow(&trial);
     client_destroy(trial.client);
     char state[32];
     printed_state(&pliantd, state);
