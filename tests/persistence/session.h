@@ -23,7 +23,7 @@ typedef struct SessionScene {
     Target target[TARGETS_MOST];
     bool blade, grasper; // has tool 2, tool 3 (or a remover); all have tool 1, a probe
     bool flat;           // in the plane z = 0
-    uint64_t more;       // added to its seeds
+    uint64_t more;       // added to its seeds: with 2 no RESET undoes what the golden state watches
 } SessionScene;
 
 enum { SESSION_SCENES = 11 };
