@@ -180,8 +180,28 @@ static void check_derived(CutWorld *world)
     assert_true(state_hash(&world->state) == state);
 }
 
+// Tension in all directions: a fibre from each side that lies open inside the whole body, and from
+// nowhere else, between vertices that have elements.
+static void check_tension(const CutWorld *world)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    const CutTension *tension = world->cuts->tension;
+    int sides = 0, fibres = 0;
+    for (int c = 0; c < lattice->level_first[1]; c++)
+        for (int d = 0; d < 6 && !cut_lattice_is_gone(lattice, c); d++)
+            sides += cut_lattice_across(lattice, c, d) >= 0 && cut_faces_is_shown(lattice, c, d);
+    for (int p = 0; p < tension->count; p++) {
+        fibres += tension->point[p].pull == 0.0;
+        for (int k = 0; k < 4; k++)
+            assert_true(lattice->anchor[tension->point[p].vertex[k]] >= 0);
+    }
+    assert_int_equal(fibres, sides);
+}
+
 static void check_all(CutWorld *world)
 {
+    if (world->cuts->tension != NULL)
+        check_tension(world);
     check_closed(world);
     check_vertices(world);
     check_masses(world);
@@ -246,6 +266,7 @@ TEST(random_removals_and_cuts_keep_all_that_follows)
             with_remover(round % 2 == 0 ? voxel_world_cube(12) : voxel_world_ball(), &DRILL);
         options.body.body.levels = round < 2 ? 0 : 2;
         options.body.body.node_capacity = 30000;
+        options.material.prestress = round % 2 == 0 ? 0.0 : 0.05 * options.material.youngs_modulus;
         cut_world_create(&world, &options);
         cut_world_shake(&world, 0.05, &seed);
         const double size = world.lattice.size;
