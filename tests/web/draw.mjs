@@ -27,17 +27,19 @@ tools = ( { id = 1; kind = "probe"; max_force = 3.3;
 const liver = `name = "liver"; rate_hz = 200.0; gravity = [0.0, 0.0, -2.7];
 bodies = ( { name = "liver"; model = "voxel"; voxels = { file = "${config}/liver.nrrd"; label = [1, 2]; };
   material = { youngs_modulus = 5000.0; poisson_ratio = 0.3; density = 1050.0; }; cuttable = true; split_budget = 4096;
+  look = { color = [0.58, 0.24, 0.20]; };
   fixed = ( { box = ([-0.2, -0.2, -0.2], [0.2, 0.2, -0.018]); } ); } );
 tools = ( { id = 1; kind = "probe"; max_force = 3.3;
-  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.006; } ); } );`;
+  capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.006; } ); },
+  { id = 3; kind = "grasper"; max_force = 3.3; capsules = ( { radius = 0.006; } ); } );`;
 const near = { eye: [0.22, -0.32, 0.1], at: [0.01, 0, 0.01], press: ['--auto', '--direction', '1,1,0', '--depth', '0.025'] };
 
-// scene: a text, or a file of config/; before, press: what clients do; look: switches of the panel.
+// scene: a text, or a file of config/; before, press: what clients do; pull: from where to where the page does; look: switches of the panel.
 const PICTURES = {
     liver: { scene: liver, eye: [0.05, -0.25, 0.21], at: [-0.008, 0, 0.012],
         before: [['pliant-cut', '--body', 'liver', '--before', '0,-0.1,0.1,0,0.1,0.1',
             '--after', '-0.012,-0.1,-0.012,-0.012,0.1,-0.012']],
-        press: ['--press', '-0.045,-0.015,0.1', '--depth', '0.065', '--speed', '0.03'] },
+        press: ['--press', '-0.045,-0.015,0.1', '--depth', '0.065', '--speed', '0.03'], pull: [[575, 430], [665, 350]] },
     bladder: { scene: 'bladder.cfg', eye: [0.12, -0.16, 0.14], at: [0, 0, 0.005],
         before: [['pliant-cut', '--body', 'bladder', '--before', '-0.025,-0.05,0.03,0.025,-0.05,0.03',
             '--after', '-0.025,0.05,0.03,0.025,0.05,0.03']] },
@@ -60,7 +62,7 @@ const isFigure = (name) => name.startsWith('fig');
 const wanted = process.env.PICTURES?.split(',') ?? Object.keys(PICTURES);
 const browser = await openBrowser({ width: 900, height: 560 });
 for (const name of wanted) {
-    const { scene, eye, at, before = [], press, look = {} } = PICTURES[name];
+    const { scene, eye, at, before = [], press, pull, look = {} } = PICTURES[name];
     const file = scene.endsWith('.cfg') ? join(config, scene) : join(paths.out, `${name}.cfg`);
     if (!scene.endsWith('.cfg')) writeFileSync(file, scene);
     await browser.page.setViewportSize(isFigure(name) ? { width: 420, height: 420 } : { width: 900, height: 560 });
@@ -83,9 +85,19 @@ for (const name of wanted) {
     }, [eye, at, look]);
     for (const [program, ...args] of before) await call(program, ...args);
     await wait(4);
-    const pressed = press && call('pliant-probe', ...press, '--hold', '4');
+    const pressed = press && call('pliant-probe', ...press, '--hold', pull ? '12' : '4');
+    if (pull) { // by the page's hand
+        await page.keyboard.down('Control');
+        await page.mouse.move(...pull[0]);
+        await page.mouse.down();
+        await page.mouse.move(...pull[1], { steps: 15 });
+    }
     if (press) await wait(5);
     await page.screenshot({ path: join(paths.out, `${name}.png`) });
+    if (pull) {
+        await page.mouse.up();
+        await page.keyboard.up('Control');
+    }
     await pressed;
     await web.program.stop();
     await daemon.stop();
