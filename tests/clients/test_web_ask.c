@@ -124,6 +124,8 @@ TEST(what_is_wrong_is_refused_by_name)
         {TOOL_AT "\"orientation\":[0,0,0,0],\"active\":true}", "orientation: length 0"},
         {TOOL_AT "\"orientation\":[1,0,0],\"active\":true}", "orientation: expected 4"},
         {TOOL_AT "\"orientation\":[1,0,0,0],\"active\":1}", "active: expected true or false"},
+        {"{\"type\":\"propose\",\"id\":4,\"name\":\"a.nrrd\",\"together\":1}",
+         "together: expected true or false"},
         {TOOL_AT "\"orientation\":[1,0,0,0],\"grip\":2,\"active\":true}", "grip: expected"},
         {TOOL_AT "\"orientation\":[1,0,0,0],\"time\":-1,\"active\":true}", "time: expected"},
         {"{\"type\":\"tool\",\"tool\":1e9,\"position\":[0,0,0]," TOOL_TAIL,
@@ -207,11 +209,13 @@ TEST(the_workbench_takes_names_and_words_of_its_lists)
     assert_int_equal(ask->kind, ASK_END);
     ask = asked("{\"type\":\"record\",\"id\":3,\"on\":true}");
     assert_true(ask->kind == ASK_RECORD && ask->record);
-    ask = asked("{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"units\":\"mm\"}");
+    ask = asked(
+        "{\"type\":\"propose\",\"id\":4,\"name\":\"a.stl\",\"units\":\"mm\",\"together\":true}");
     assert_int_equal(ask->kind, ASK_PROPOSE);
     assert_string_equal(ask->propose.units, "mm");
     assert_null(ask->propose.model);
     assert_int_equal(ask->propose.label, 0);
+    assert_true(ask->propose.together);
     ask = asked("{\"type\":\"propose\",\"id\":5,\"name\":\"a.nrrd\",\"model\":\"filled\","
                 "\"cuttable\":\"no\",\"label\":7,\"layer\":2,\"even\":true}");
     assert_string_equal(ask->propose.model, "filled");

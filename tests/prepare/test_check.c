@@ -485,6 +485,40 @@ static const char SEGMENTS[] = "Segment0_Name:=lungs\nSegment0_LabelValue:=1\nSe
                                "Segment2_Name:=spleen\nSegment2_LabelValue:=2\nSegment2_Layer:=1\n"
                                "Segment2_Color:=0.5 0.25 1\n";
 
+static int kidney(const int at[3], int layer)
+{
+    (void)layer;
+    return at[0] < 8 ? 1 : at[1] < 5 ? 2 : 3;
+}
+
+TEST(all_labels_become_one_body_with_their_colours_and_what_the_ledger_judges_by)
+{
+    Process result;
+    write_labels(
+        "kidney.seg.nrrd", (const int[]){20, 10, 10}, (const double[]){2.0, 2.0, 2.0},
+        "Segment0_Name:=kidney\nSegment0_LabelValue:=1\n"
+        "Segment1_Name:=tumour\"; }; \\\nSegment1_LabelValue:=2\nSegment1_Color:=0.5 0.25 1\n"
+        "Segment2_Name:=renal vein\nSegment2_LabelValue:=3\n",
+        1, kidney);
+    run(&result, "--propose --label all kidney.seg.nrrd -o all.cfg");
+    assert_string_equal(result.err, "");
+    FREED char *scene = file_text(scratch("all.cfg"));
+    expect_in(scene, "label = [1, 2, 3];");
+    expect_in(scene, "{ label = 2;  color = [0.500, 0.250, 1.000];");
+    // A name is no text of the scene.
+    expect_in(scene, "{ name = \"tumour  \";  label = 2;  margin = 0.005; }");
+    expect_in(scene, "{ name = \"renal vein\";  label = 3;  keep = true; }");
+    expect_in(scene, "removes_by = \"suction\"");
+    expect_in(scene, "removes_by = \"drill\"");
+    run(&result, "--check --json --label all kidney.seg.nrrd");
+    expect_printed(&result, "\"label\": 0, ");
+    run(&result, "--propose --label 1 kidney.seg.nrrd -o one.cfg");
+    FREED char *one = file_text(scratch("one.cfg"));
+    assert_null(strstr(one, "score"));
+    run(&result, "--check --label all cube.obj");
+    expect_refusal(&result, 2, "cube.obj: is no label volume, so it has no label or layer");
+}
+
 TEST(labels_are_listed_and_the_one_taken_is_said)
 {
     Process result;
@@ -507,7 +541,8 @@ TEST(labels_are_listed_and_the_one_taken_is_said)
     } cases[] = {{"", "label = 1;  layer = 2;"},
                  {"--label lungs", "label = 1;  layer = 1;"},
                  {"--label 1 --layer 1", "label = 1;  layer = 1;"},
-                 {"--label 2", "label = 2;  layer = 2;"}};
+                 {"--label 2", "label = 2;  layer = 2;"},
+                 {"--label all", "label = [1, 2];  layer = 2;"}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         char arguments[128];
         snprintf(arguments, sizeof arguments, "--propose %s organs.seg.nrrd -o o%zu.cfg",
