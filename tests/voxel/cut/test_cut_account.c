@@ -253,7 +253,8 @@ TEST(account_adds_up_over_random_cuts_and_removals)
         cut_world_create(&world, &options);
         FREED void *state = malloc(state_bytes(&world.state));
         expect_account(&world, floor);
-        double removed = 0.0, mass = 0.0, distance[2] = {INFINITY, INFINITY}, area = 0.0;
+        double removed = 0.0, mass = 0.0, distance[2] = {(double)INFINITY, (double)INFINITY},
+               area = 0.0;
         for (int k = 0; k < 50; k++) {
             const int main_piece = world.cuts->account.main_piece;
             if (random_below(&seed, 3) > 0) {
