@@ -144,8 +144,10 @@ void proposal_write_score(const Proposal *p, FILE *out)
         char name[24];
         int length = 0;
         for (const char *c = part->name; *c != '\0' && length < (int)sizeof name - 1; c++)
-            if (isalnum((unsigned char)*c) || *c == ' ' || *c == '-' || *c == '_')
+            if (isalnum((unsigned char)*c) || *c == '-' || *c == '_')
                 name[length++] = *c;
+            else if (*c == ' ' && length > 0 && name[length - 1] != '_')
+                name[length++] = '_';
         name[length] = '\0';
         fprintf(out, "%s  { name = \"%s\";  label = %d;  %s }",
                 count++ == 0 ? "score = { regions = (\n" : ",\n", name, part->label,
