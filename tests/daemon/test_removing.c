@@ -111,6 +111,21 @@ static void any_turn(Trial *trial, double turn[4])
     turn[3] = sin(half) * axis.z;
 }
 
+// Lifts a tool. A pose that waited in a stalled daemon is refused as stale: a pedal would stay
+// down.
+static int64_t lift(Trial *trial, int tool, Vec3 at, const double turn[4])
+{
+    Client *client = trial->client;
+    for (;;) {
+        const int64_t refusals = refused(client, "stale");
+        pose(trial, tool, at, turn, 0.0, false);
+        const int64_t step = removing_step(trial, 1);
+        wait_until(client, client->status.step == step);
+        if (refused(client, "stale") == refusals)
+            return step;
+    }
+}
+
 // A tool goes from one place to another in `poses` STEPs, with its pedal or jaws as they are, and
 // is lifted; returns the step.
 static int64_t move(Trial *trial, int tool, Vec3 from, Vec3 to, int poses, int ticks, double grip)
@@ -123,8 +138,7 @@ static int64_t move(Trial *trial, int tool, Vec3 from, Vec3 to, int poses, int t
         pose(trial, tool, vec3_add(from, way), turn, k > 0 ? grip : 0.0, true);
         removing_step(trial, ticks);
     }
-    pose(trial, tool, to, turn, 0.0, false);
-    return removing_step(trial, 1);
+    return lift(trial, tool, to, turn);
 }
 
 static void publish_cut(Client *client, const void *message)
