@@ -295,7 +295,7 @@ TEST(random_removals_and_cuts_keep_all_that_follows)
             check_all(&world);
             sim_ticks(world.sim, 2);
         }
-        assert_true(removed > 40);
+        assert_true(removed > EFFORT(40));
         sim_ticks(world.sim, 50);
         assert_int_equal(sim_resets(world.sim), 0);
         check_all(&world);
