@@ -142,13 +142,13 @@ static double distance_of(const CutAccount *account, int r, const double point[3
         *touched = d == 0.0;
         return d / account->size;
     }
-    *touched = nearest[cell] == cell && nearest[beyond] == beyond;
-    if (*touched)
-        return 0.0;
     const CutLattice *lattice = account->pieces->lattice;
-    return fmax(0.0, fmin(between(lattice, point, nearest[cell]),
-                          between(lattice, point, nearest[beyond])) -
-                         0.5);
+    const double gap =
+        fmin(between(lattice, point, nearest[cell]), between(lattice, point, nearest[beyond])) -
+        0.5;
+    // Also in the half of a link that is the region's: cells of a thin vessel may share no face.
+    *touched = gap < 0.0 || (nearest[cell] == cell && nearest[beyond] == beyond);
+    return *touched ? 0.0 : gap;
 }
 
 static void note(CutAccountRegion *region, AccountCause cause, double distance, bool touched)
