@@ -133,6 +133,7 @@ TEST(a_proposed_scene_is_grasped_pulled_and_cut)
                          "--propose --units mm --model %s ball.obj -o %s", models[k], name);
         SCOPED_CLIENT Client *client = server_start(&daemon, "%s", scratch(name));
         assert_true(command(client, PLIANT_COMMAND_T_PAUSE, 0, "")->ok);
+        client->contact_tool = 3;
         // The jaws appear closed, as those of the page, and pull.
         for (int i = 0; i <= 150; i++)
             step_with(client, 3, 0.0, 0.030 + 1e-4 * i, 1.0);

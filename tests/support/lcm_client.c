@@ -157,6 +157,8 @@ static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, const 
     (void)buffer;
     (void)channel;
     Client *client = user;
+    if (client->contact_tool != 0 && m->tool != client->contact_tool)
+        return;
     client->contact = *m;
     client->contacts++;
 }

@@ -69,7 +69,8 @@ typedef struct Client {
     StatusSeen status;
     FramesSeen frames, velocities;
     MeshSeen mesh;
-    pliant_contact_t contact; // the newest
+    pliant_contact_t contact; // the newest, of contact_tool unless that is 0
+    int contact_tool;
     int contacts;
 } Client;
 
