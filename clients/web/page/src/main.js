@@ -211,6 +211,7 @@ function takeRound(number) {
     else if (!stage.wanted) askForMore();
 }
 
+const COLOURED_MS = 400; // colours come soon after the mesh
 const FIGURES_MS = 100;
 let figuresLater = null; // timer
 function showFigures() {
@@ -230,7 +231,8 @@ function beforeDraw(view) {
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x), bodies.map((body) => body.livePoints()));
         panel.sized(stage.size);
         stage.firstBodies ??= drawnAt; // since the navigation began [ms]
-        setTimeout(() => workbench.picture(stage)); // once this one is drawn
+        const scene = workbench.state?.daemon?.file;
+        setTimeout(() => { if (fitted && workbench.state?.daemon?.file === scene) workbench.picture(stage); }, COLOURED_MS);
     }
     // Update figures ten times per second: more is unreadable, and each new text costs layout and compositing. The
     // last ones before a standstill appear a little later.

@@ -26,9 +26,9 @@ export class Thumbs {
     /** Keeps the middle of what is drawn now. */
     keep(folder, name, bytes, stage) {
         const { canvas } = stage;
+        stage.draw(); // what was drawn is only there in the same task; it may change the canvas's size
         const copy = Object.assign(document.createElement('canvas'), { width: WIDTH, height: HEIGHT });
         const scale = SHOWN * Math.min(canvas.width / WIDTH, canvas.height / HEIGHT);
-        stage.draw(); // what was drawn is only there in the same task
         copy.getContext('2d').drawImage(canvas, (canvas.width - scale * WIDTH) / 2, (canvas.height - scale * HEIGHT) / 2,
             scale * WIDTH, scale * HEIGHT, 0, 0, WIDTH, HEIGHT);
         this.pictures.set(`${folder}/${name}/${bytes}`, copy.toDataURL('image/jpeg', 0.8));
