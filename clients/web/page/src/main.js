@@ -231,7 +231,9 @@ function beforeDraw(view) {
         stage.fit(box, box.max.z - box.min.z < 1e-3 * (box.max.x - box.min.x), bodies.map((body) => body.livePoints()));
         panel.sized(stage.size);
         stage.firstBodies ??= drawnAt; // since the navigation began [ms]
+        // Once this one is drawn, and again once its colours are there.
         const scene = workbench.state?.daemon?.file;
+        setTimeout(() => workbench.picture(stage));
         setTimeout(() => { if (fitted && workbench.state?.daemon?.file === scene) workbench.picture(stage); }, COLOURED_MS);
     }
     // Update figures ten times per second: more is unreadable, and each new text costs layout and compositing. The
