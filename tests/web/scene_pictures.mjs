@@ -24,6 +24,10 @@ for (const { name, about, bytes } of await page.evaluate(() => pliant.workbench.
         return daemon.file !== name ? null : daemon.state === 'failed' ? { none: daemon.text }
             : { url: thumbs.of('scenes', name, bytes) };
     }, [name, bytes]).then((one) => (one?.none || one?.url ? one : null)));
+    if (found.url) { // the second picture has its colours
+        await page.waitForTimeout(1000);
+        found.url = await page.evaluate(([name, bytes]) => pliant.workbench.thumbs.of('scenes', name, bytes), [name, bytes]);
+    }
     console.log(name, found.url?.length ?? found.none);
     if (found.url) pictures[`${name}: ${about}`] = found.url;
 }
