@@ -137,10 +137,11 @@ static void expect_on_the_ball(const Viewer *viewer, bool was_cut)
         int origin = slot_of(viewer, viewer->origin[i]);
         if (viewer->origin[i] != viewer->id[i]) {
             copies++;
-            // Both lips of a cut rest on the blade's sheet, each at most 0.8 edges of 8 mm from
-            // where their vertex rests (LIP_MOST).
+            // Both lips of a cut rest on the blade's sheet, across x: each within 0.2 of the finest
+            // edges, 2 mm, of it (server/surface/cut/README.md, "Lips").
             if (origin >= 0)
-                expect_at_most(distance(x, viewer->rest + 3 * origin), 2.0 * 0.8 * 0.008);
+                expect_near((double)x[0], (double)viewer->rest[3 * (size_t)origin],
+                            2.0 * 0.2 * 0.002);
         } else if (viewer->level[i] > 0) {
             midpoints++;
         }

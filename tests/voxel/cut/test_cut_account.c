@@ -307,6 +307,25 @@ TEST(account_adds_up_over_random_cuts_and_removals)
 
 // --- regions ---
 
+// Returns the distance of the cells that are gone from the label's, wall to wall, from their
+// centres [m]; 0 if one of the label's is gone.
+static double gap_to_gone(const CutWorld *world, int n)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    double least = (double)INFINITY;
+    for (int a = 0; a < n * n * n; a++) {
+        if (!cut_lattice_is_gone(lattice, a))
+            continue;
+        for (int b = 0; b < n * n * n; b++) {
+            const int *p = lattice->element[a].cell, *q = lattice->element[b].cell;
+            const Vec3 apart = vec3(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+            if (lattice->element[b].material == BALL)
+                least = fmin(least, vec3_length(apart) - 1.0);
+        }
+    }
+    return fmax(0.0, least) * world->lattice.size;
+}
+
 // A cell that goes is as near as its wall; what goes inside touches.
 TEST(removal_has_the_distance_of_its_wall)
 {
@@ -331,6 +350,7 @@ TEST(removal_has_the_distance_of_its_wall)
         // their walls are half a cell nearer, and the label's surface is within half a cell.
         const double gap = fmax(0.0, at[k] - 0.004 - 0.015);
         expect_at_most(fabs(region->distance - gap), (0.87 + 0.5 + 0.5) * size);
+        expect_near(region->distance, gap_to_gone(&world, 20), 1e-12); // sums of a few numbers
     }
 }
 
