@@ -9,7 +9,9 @@
 #include "base/mesh_columns.h"
 #include "base/team.h"
 #include "base/vec.h"
+#include "body/approach.h"
 #include "body/cut.h"
+#include "body/error.h"
 #include "body/fit.h"
 #include "body/integrator.h"
 #include "body/patch.h"
@@ -140,6 +142,9 @@ typedef struct BodyOps {
     // true if the topology changed: `change` describes it, and the body's surface, mesh, mass,
     // bounds and counts are updated. `step` restarts from 0 after settling.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
+    // Tells where tools will be soon, before adapt, in each tick; at most APPROACH_MOST. NULL: the
+    // body does not look ahead.
+    void (*approach)(void *model, const Approach *approach, int count);
     // Breaks the links that a blade's edge crosses (cut.h); NULL: the body is not cuttable. Sets
     // `outcome`; if it returns false, only its verdict is valid and nothing was changed. Returns
     // true if the topology changed, as for adapt; change->again: call once more with the same
@@ -230,6 +235,14 @@ typedef struct BodyOps {
     // check. The ids of a body that does not change (body_changes) are constant.
     int (*read_state)(const void *model, int *id, Vec3 *position, Vec3 *velocity);
     void (*measure)(const void *model, BodyMeasure *measure);
+    // Estimates the error of the discretisation in space (error.h) from the current state: goes on
+    // where the last call stopped, for about `budget` elements or springs. Returns true when a
+    // round is complete and `error` is set; the next call begins another. Changes no state. NULL:
+    // unknown.
+    bool (*estimate)(void *model, const ErrorQuestion *question, int budget, BodyError *error);
+    // Writes the share of the body's error around each published node, 0 to 255 of the largest, of
+    // the last complete round. Comes with `estimate`.
+    void (*snapshot_error)(const void *model, unsigned char *share);
     // Accounts for the body's tissues, by label; returns their number, writes at most `capacity`.
     // NULL: nothing can be cut off or taken from it.
     int (*account)(const void *model, TissueAccount *account, int capacity);

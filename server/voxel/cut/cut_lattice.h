@@ -38,8 +38,10 @@ enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 typedef struct CutElement {
     int cell[3]; // its lowest cell
     int parent;  // -1: an initial leaf
-    int child;   // first of eight; -1: level 0
+    int child;   // first of its children; -1: level 0
     unsigned char level, material;
+    unsigned char children; // bit c: child c exists: it has a solid cell
+    bool whole;             // all its cells are solid
 } CutElement;
 
 // Elements [first, end) of one level in one aligned block; empty windows do not exist.
