@@ -20,6 +20,12 @@ typedef struct HungMass {
     double mass; // [kg]
 } HungMass;
 
+// A ball in which the elements of a body that adapts are the finest, always.
+typedef struct FineRegion {
+    Vec3 centre;   // [m]
+    double radius; // [m]
+} FineRegion;
+
 // Coagulated tissue is several times as stiff (Bharat et al. 2005, Ultrasound Med. Biol. 31, 415).
 #define HEAT_STIFFER 4.0
 
@@ -40,6 +46,11 @@ typedef struct VoxelOptions {
     int weight_count;      // of a body that cannot be cut
     const HungMass *weight;
     bool publish_all; // also inner vertices
+    // Coarsest level of elements at the surface while nothing is near; body.levels is that of inner
+    // ones. 0: the body does not adapt, its surface is of the finest elements always.
+    int surface_level;
+    int fine_count; // of a body that adapts
+    const FineRegion *fine;
     // If it can be cut:
     int split_budget;            // elements divided per tick
     double tear_stress;          // strength of the tissue [Pa]; 0: no tearing by stress

@@ -4,13 +4,13 @@
 //
 // Three sets of bits define everything (README.md, "Three sets of bits"): which elements are
 // divided, which faces of the finest cells are broken, and which finest cells are gone. Bits are
-// only ever set. The elements follow from
-// the first, the sharing of vertices from both (lattice_mesh.h: the parts of a lattice point), and
-// every local change gives the same result as deriving everything again (cut_lattice_derive; tests
-// compare). Elements keep their numbers: all that can ever exist are numbered at load, the initial
-// leaves and all their descendants; by level, within a level by window (an aligned block of
-// WINDOW_EDGE elements a side), within a window along a Z curve. So the eight children of an
-// element are consecutive.
+// only ever set, but for the first in a body that adapts, whose elements merge again. The elements
+// follow from the first, the sharing of vertices from both (lattice_mesh.h: the parts of a lattice
+// point), and every local change gives the same result as deriving everything again
+// (cut_lattice_derive; tests compare). Elements keep their numbers: all that can ever exist are
+// numbered at load, the initial leaves and all their descendants; by level, within a level by
+// window (an aligned block of WINDOW_EDGE elements a side), within a window along a Z curve. So the
+// eight children of an element are consecutive.
 //
 // A broken face takes effect, and is open, once the cells on both sides are leaves: around a face
 // that still borders on a larger leaf everything stays connected. So no large leaf ever has an open
@@ -18,12 +18,25 @@
 //
 // A cell that is gone is void: all its faces are broken, and the cells across them are leaves.
 //
-// Vertices are never removed: they keep their rows, and new ones take the next. A vertex's id is
+// A body that adapts (VoxelOptions.surface_level) has elements for all blocks up to the coarsest
+// level that hold a solid cell, its surface included. A leaf of which some cells are void is partly
+// filled: its vertices are those of the whole block, corners in void included. Void cells inside of
+// it are covered by it (cut_lattice_around). Two leaves hold together at a point only if two solid
+// cells meet somewhere across their common face.
+//
+// Where such a body does not merge, vertices are never removed: they keep their rows, and new ones
+// take the next. A vertex's id is
 // that of its part when it appeared: the index of its lattice point, x fastest, for the part with
 // the lowest slot that was solid at load; + points * (lowest slot of its part) for others. Parts
 // only ever become smaller, and the vertex stays with the smaller part that holds the lowest slot.
 // When the cell in that slot goes, it stays with the lowest of what that leaves: `anchor` says
 // which. Without it, the id does. A vertex whose last element goes has none from then on.
+//
+// Where elements merge, vertices end that no part owns any more. One that is shown (`kept_id`) is
+// carried from then on: it keeps its row and id, and returns when elements there are divided.
+// Others are freed: a later vertex takes the lowest free row, but not within the same change. A
+// part without solid cells at its point, a corner in void, has anchor 8 + its lowest slot, and an
+// id above those of all other parts.
 #ifndef PLIANT_VOXEL_CUT_CUT_LATTICE_H
 #define PLIANT_VOXEL_CUT_CUT_LATTICE_H
 
@@ -37,11 +50,14 @@ enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 // Constant.
 typedef struct CutElement {
     int cell[3]; // its lowest cell
-    int parent;  // -1: an initial leaf
-    int child;   // first of its children; -1: level 0
-    unsigned char level, material;
+    int parent;  // -1: none is larger
+    int child;   // first of the children that exist, one after the other; -1: level 0
+    unsigned char level;
+    unsigned char material; // of all its cells; 0: of several
     unsigned char children; // bit c: child c exists: it has a solid cell
+    unsigned char meets;    // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
     bool whole;             // all its cells are solid
+    bool mergeable;         // it may be a leaf: in a body that adapts, at any time
 } CutElement;
 
 // Elements [first, end) of one level in one aligned block; empty windows do not exist.
@@ -52,21 +68,34 @@ typedef struct CutWindow {
 
 // A new vertex, with the mean position and velocity of its parents: a copy of `origin` at the same
 // point, where its elements had their vertex before; or (origin -1) a vertex in the middle of nodes
-// of a divided element, by the template's rule.
+// of a divided element, by the template's rule; or a corner in void of an element that has merged,
+// where that element's affine motion takes it.
 typedef struct CutBirth {
     int vertex, origin;
-    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8; they existed before
+    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8, some more than once; they existed
+                                 // before. 0: extrapolated
+    int extrapolated;            // the merged element; -1: by its parents
+    bool carried;                // it was carried until now: its row and id are not new
 } CutBirth;
 
+// A vertex that no element has any more: freed or, if it has a `kept_id`, carried.
+typedef struct CutEnd {
+    int vertex;
+    int element; // that was merged or divided, on whose closed block it was
+} CutEnd;
+
 // All changes since cut_lattice_forget_changes, for data derived from the lattice. Each list holds
-// an entry once, in the order of its first occurrence.
+// an entry once, in the order of its first occurrence. Elements merge and are divided in changes of
+// their own.
 typedef struct CutChanges {
-    int element_count, birth_count, face_count, lost_count;
+    int element_count, birth_count, face_count, lost_count, merged_count, ended_count;
     int *element;    // created, removed, or with other vertices
     int *lost;       // vertices of cells that went
     CutBirth *birth; // parents before children
     int (*face)[2];  // {finest cell (element of level 0), axis}: newly broken, or broken and with a
                      // side that has newly become a leaf of level 0
+    int *merged;     // elements that are leaves now and were divided before
+    CutEnd *ended;   // their points and rows are valid until the changes are forgotten
 } CutChanges;
 
 typedef struct CutLattice {
@@ -84,21 +113,26 @@ typedef struct CutLattice {
     int vertex_capacity;
     int split_budget; // divisions per tick
     bool removable;   // cells can go
+    bool adapts;      // elements merge again; also such as are partly filled
+    int kept_end;     // vertices at load: no later one is kept for ever
+    int *kept_id;     // [kept_end] id of a vertex that keeps its row for ever; -1: ends when it may
 
     // --- part of the state ---
     unsigned char *divided; // [element_count] of a finest cell: it is gone
     unsigned char *broken;  // [elements of level 0] bit d: its face towards +d
     int *vertex_id;         // [vertex_capacity] -1: does not exist yet
     int64_t *vertex_count;  // see cut_lattice_used
-    signed char *anchor;    // [vertex_capacity] lowest slot of its part; -1: it has no element.
-                            // State where cells can go, else it follows from the id
+    signed char *anchor;    // [vertex_capacity] lowest slot of its part with a solid cell; 8 + its
+                            // lowest slot: it has none; -1: all its elements are gone, or it is
+                            // free. State where cells can go, else it follows from the id
 
     // --- follows from it ---
     int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
     int (*node)[NODE_COUNT];     // [element - level_first[1]] of the others; -1: absent
+    bool *carried;               // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
     // Elements that must be divided, because a bit is broken in or on them, or a neighbour is two
-    // levels finer: by level, the coarsest first, then by number.
+    // levels finer, or on request (cut_lattice_want): by level, the coarsest first, then by number.
     int *wanted; // [wanted_count]
     int wanted_count;
 
@@ -122,6 +156,23 @@ static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {
     int parent = lattice->element[element].parent;
     return !lattice->divided[element] && (parent < 0 || lattice->divided[parent]);
+}
+
+// Returns child c (bit d: the upper half along axis d) of an element of level 1 or more; -1: void.
+static inline int cut_lattice_child(const CutLattice *lattice, int element, int c)
+{
+    const CutElement *of = &lattice->element[element];
+    const unsigned below = of->children & ((1u << c) - 1);
+    return of->children >> c & 1 ? of->child + __builtin_popcount(below) : -1;
+}
+// Returns which child of its parent an element is.
+static inline int cut_lattice_which(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    int c = 0;
+    for (int d = 0; d < 3; d++)
+        c |= (of->cell[d] >> of->level & 1) << d;
+    return c;
 }
 
 // Returns the vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.
@@ -152,9 +203,25 @@ static inline bool cut_lattice_is_open(const CutLattice *lattice, int cell, int 
     return beyond >= 0 && cut_lattice_is_leaf(lattice, beyond);
 }
 
-static inline int cut_lattice_used(const CutLattice *lattice) // vertices
+// Returns the rows in use, of which some may be free (id -1) in a body that adapts.
+static inline int cut_lattice_used(const CutLattice *lattice)
 {
     return (int)*lattice->vertex_count;
+}
+// True if a vertex keeps its row for ever, and is shown.
+static inline bool cut_lattice_is_kept(const CutLattice *lattice, int vertex)
+{
+    return vertex < lattice->kept_end && lattice->kept_id[vertex] >= 0;
+}
+// True if a kept vertex is no node of any element now.
+static inline bool cut_lattice_is_carried(const CutLattice *lattice, int vertex)
+{
+    return vertex < lattice->kept_end && lattice->carried[vertex];
+}
+// True if a vertex is a corner in void: no solid cell of its part is at its point.
+static inline bool cut_lattice_is_in_void(const CutLattice *lattice, int vertex)
+{
+    return lattice->anchor[vertex] >= 8;
 }
 // Returns the rest position of a vertex, in cells.
 void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3]);
@@ -183,6 +250,20 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count);
 // capacity stays in the list; if there is much of it only the first is tried.
 int cut_lattice_reconstruct(CutLattice *lattice);
 void cut_lattice_forget_changes(CutLattice *lattice);
+
+// --- bodies that adapt ---
+// Puts a leaf of level 1 or more into `wanted`, once: cut_lattice_reconstruct divides it.
+void cut_lattice_want(CutLattice *lattice, int element);
+// True if a divided element may become a leaf: its children are leaves, no block of their size
+// around it is divided, it is mergeable, and nothing is broken in or near it. False if a child was
+// merged in this change.
+bool cut_lattice_can_merge(const CutLattice *lattice, int element);
+// Merges the children of an element that can merge.
+void cut_lattice_merge(CutLattice *lattice, int element);
+// Divides what must be, and merges all that can until nothing can: the state at rest, a function of
+// the broken bits alone. Forgets the changes; vertices end or come without a place. Load time,
+// before anything is derived from the lattice, and tests.
+void cut_lattice_coarsen(CutLattice *lattice);
 
 // Derives everything that follows from the state. False: an impossible state (from a checkpoint).
 bool cut_lattice_derive(CutLattice *lattice);
