@@ -9,7 +9,8 @@
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
-// Elements: all blocks of cells that a leaf covers
+// Elements: all blocks of cells that a leaf covers, or, in a body that adapts, that hold a solid
+// cell
 
 static int blocks_along(const CutLattice *lattice, int level, int axis)
 {
@@ -23,12 +24,36 @@ static int covering_leaf(const Layout *layout, int level, int i, int j, int k)
     return leaf >= 0 && layout->leaf[leaf].level >= level ? leaf : -1;
 }
 
-static int count_elements(const Layout *layout)
+// Returns which children of a block exist: bits. Blocks of the level below are known.
+static unsigned children_of(const CutLattice *lattice, int level, int i, int j, int k)
+{
+    unsigned children = 0;
+    for (int c = 0; c < 8 && level > 0; c++)
+        children |= (unsigned)(cut_parts_block(lattice, level - 1, 2 * i + (c & 1),
+                                               2 * j + (c >> 1 & 1), 2 * k + (c >> 2)) >= 0)
+                    << c;
+    return children;
+}
+
+static bool exists(const CutLattice *lattice, const Layout *layout, int level, int i, int j, int k)
+{
+    return covering_leaf(layout, level, i, j, k) >= 0 ||
+           (lattice->adapts && children_of(lattice, level, i, j, k) != 0);
+}
+
+// Marks the blocks that exist, of all levels; returns how many there are.
+static int mark_elements(CutLattice *lattice, const Layout *layout)
 {
     long count = 0;
-    for (int e = 0; e < layout->leaf_count; e++)
-        for (int level = layout->leaf[e].level, blocks = 1; level >= 0; level--, blocks *= 8)
-            count += blocks;
+    for (int level = 0; level <= lattice->levels; level++) {
+        int *slot = lattice->lut[level];
+        for (int k = 0; k < blocks_along(lattice, level, 2); k++)
+            for (int j = 0; j < blocks_along(lattice, level, 1); j++)
+                for (int i = 0; i < blocks_along(lattice, level, 0); i++, slot++) {
+                    *slot = exists(lattice, layout, level, i, j, k) ? 0 : -1;
+                    count += *slot == 0;
+                }
+    }
     ASSERT(count < INT_MAX);
     return (int)count;
 }
@@ -49,20 +74,19 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
         const int k = WINDOW_EDGE * window[2] + along_curve(code, 2);
         if (i >= nx || j >= ny || k >= nz)
             continue;
-        // Blocks that no leaf covers entirely have no element.
         int *slot = &lattice->lut[level][((long)k * ny + j) * nx + i];
-        *slot = -1;
-        const int leaf = covering_leaf(layout, level, i, j, k);
-        if (leaf < 0)
+        if (*slot < 0)
             continue;
         // Numbered along the curve.
+        const int leaf = covering_leaf(layout, level, i, j, k);
         *slot = lattice->element_count++;
         lattice->element[*slot] = (CutElement){
             .cell = {i << level, j << level, k << level},
             .parent = -1,
             .child = -1,
             .level = (unsigned char)level,
-            .material = layout->leaf[leaf].material,
+            .material = leaf >= 0 ? layout->leaf[leaf].material : 0,
+            .children = (unsigned char)children_of(lattice, level, i, j, k),
         };
         lattice->window_of[*slot] = lattice->window_count;
     }
@@ -91,33 +115,75 @@ static void number_elements(CutLattice *lattice, const Layout *layout)
         lattice->level_first[level] = lattice->element_count;
 }
 
+// Gathers what an element is from its children, which are complete: those of lower levels come
+// first.
+static void gather_from_children(CutLattice *lattice, CutElement *element)
+{
+    element->whole = element->children == 0xff;
+    element->material = lattice->element[element->child].material;
+    for (int c = 0; c < 8; c++) {
+        if (!(element->children >> c & 1))
+            continue;
+        const int number = element->child + __builtin_popcount(element->children & ((1u << c) - 1));
+        const CutElement *child = &lattice->element[number];
+        element->whole &= child->whole;
+        if (child->material != element->material)
+            element->material = 0;
+        // Of its six faces three are on the border of the element.
+        for (int d = 0; d < 3; d++)
+            element->meets |= child->meets & (unsigned char)(1 << (2 * d + (c >> d & 1)));
+    }
+}
+
 static void join_families(CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++) {
         CutElement *element = &lattice->element[e];
+        if (element->level == 0) {
+            element->whole = true;
+            for (int d = 0; d < 6; d++)
+                element->meets |= (unsigned char)((cut_lattice_across(lattice, e, d) >= 0) << d);
+        } else {
+            gather_from_children(lattice, element);
+        }
         const int above = element->level + 1;
         if (above > lattice->levels)
             continue;
         element->parent = cut_parts_block(lattice, above, element->cell[0] >> above,
                                           element->cell[1] >> above, element->cell[2] >> above);
         if (element->parent >= 0 && lattice->element[element->parent].child < 0)
-            lattice->element[element->parent].child = e; // the first of the eight comes first
+            lattice->element[element->parent].child = e; // the first of them comes first
     }
 }
 
-static void create_elements(CutLattice *lattice, const char *name, const Layout *layout,
+// Returns the coarsest level of a body that adapts: no block is far larger than the body.
+static int coarsest_level(const Layout *layout, int surface_level)
+{
+    int least = INT_MAX, most = 0;
+    for (int d = 0; d < 3; d++) {
+        const int n = layout->lattice_count[d];
+        least = n < least ? n : least;
+        most = n > most ? n : most;
+    }
+    while (surface_level > 0 && (1 << surface_level > most || 1 << surface_level > 4 * least))
+        surface_level--;
+    return surface_level > layout->levels ? surface_level : layout->levels;
+}
+
+static void create_elements(CutLattice *lattice, const char *name, const VoxelMaking *making,
                             Arena *arena)
 {
-    lattice->levels = layout->levels;
-    memcpy(lattice->count, layout->count, sizeof lattice->count);
+    const Layout *layout = &making->layout;
+    lattice->levels =
+        lattice->adapts ? coarsest_level(layout, making->options->surface_level) : layout->levels;
     memcpy(lattice->lattice_count, layout->lattice_count, sizeof lattice->lattice_count);
-    // All elements that can ever exist.
-    const int elements = count_elements(layout);
-    lattice->element = ALLOCATE(ARENA_TOPOLOGY, elements, CutElement, "elements");
-    lattice->window_of = ALLOCATE(ARENA_TOPOLOGY, elements, int, "windows of elements");
+    for (int d = 0; d < 3; d++) {
+        const int step = 1 << lattice->levels;
+        lattice->count[d] = (layout->lattice_count[d] + step - 1) / step * step;
+    }
     // Look-up tables by level, and the most windows there can be.
     long windows = 0;
-    for (int level = 0; level <= layout->levels; level++) {
+    for (int level = 0; level <= lattice->levels; level++) {
         long blocks = 1, within = 1;
         for (int d = 0; d < 3; d++) {
             blocks *= blocks_along(lattice, level, d);
@@ -127,6 +193,10 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
         windows += within;
     }
     lattice->window = ALLOCATE(ARENA_TOPOLOGY, windows, CutWindow, "windows");
+    // All elements that can ever exist.
+    const int elements = mark_elements(lattice, layout);
+    lattice->element = ALLOCATE(ARENA_TOPOLOGY, elements, CutElement, "elements");
+    lattice->window_of = ALLOCATE(ARENA_TOPOLOGY, elements, int, "windows of elements");
     // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
@@ -136,14 +206,33 @@ static void create_elements(CutLattice *lattice, const char *name, const Layout 
 // ---------------------------------------------------------------------------------------------
 // Everything else
 
+static void create_scratch_of_merging(CutLattice *lattice, const char *name, Arena *arena)
+{
+    CutScratch *scratch = lattice->scratch;
+    const int elements = lattice->element_count, cells = lattice->level_first[1];
+    scratch->is_wanted = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "wanted elements");
+    scratch->is_ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "ended vertices");
+    lattice->changes.merged = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "merged elements");
+    lattice->changes.ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutEnd, "ends");
+    int words = lattice->vertex_capacity;
+    for (int level = 0; level < FREE_LEVELS; level++) {
+        words = (words + FREE_WORD - 1) / FREE_WORD;
+        scratch->free.words[level] = words;
+        scratch->free.bits[level] = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "free rows");
+    }
+}
+
 static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
 {
     CutScratch *scratch = ALLOCATE(ARENA_TOPOLOGY, 1, CutScratch, "cut scratch");
     lattice->scratch = scratch;
     // Sizes of the lattice.
     long points = 1;
-    for (int d = 0; d < 3; d++)
-        points *= scratch->points[d] = lattice->lattice_count[d] + 1;
+    for (int d = 0; d < 3; d++) {
+        scratch->id_points[d] = lattice->lattice_count[d] + 1;
+        scratch->points[d] = lattice->adapts ? lattice->count[d] + 1 : scratch->id_points[d];
+        points *= scratch->points[d];
+    }
     const int elements = lattice->element_count, cells = lattice->level_first[1];
     // Where leaves and vertices are.
     scratch->grid = ALLOCATE(
@@ -160,7 +249,7 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     // What a change marks.
     scratch->bitten = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "bitten elements");
     scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
-    scratch->listed_element = ALLOCATE(ARENA_TOPOLOGY, elements, bool, "listed elements");
+    scratch->listed_element = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "listed elements");
     scratch->listed_face = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "listed faces");
     // Tables of a divided element.
     for (int at = 0; at < 27; at++)
@@ -174,6 +263,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         changes->lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "lost vertices");
     changes->face = arena_allocate(arena, ARENA_TOPOLOGY, 3 * (size_t)cells, sizeof *changes->face,
                                    "%s/%s", name, "changed faces");
+    if (lattice->adapts)
+        create_scratch_of_merging(lattice, name, arena);
 }
 
 static void create_state(CutLattice *lattice, const char *name, Arena *arena, StateList *state)
@@ -193,12 +284,63 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     state_add(state, lattice->vertex_count, sizeof *lattice->vertex_count, "%s/vertex_count", name);
     if (lattice->removable)
         state_add(state, lattice->anchor, vertices, "%s/anchors", name);
+    if (lattice->adapts) {
+        lattice->asked = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "asked divisions");
+        state_add(state, lattice->asked, elements, "%s/asked", name);
+    }
     // Derived from these.
     lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *lattice->corner, "%s/%s",
                                      name, "corners");
     lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, elements - cells, sizeof *lattice->node,
                                    "%s/%s", name, "nodes");
     lattice->wanted = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "wanted divisions");
+}
+
+// Marks the vertices that keep their rows for ever: those on outer squares and, for a smooth
+// surface, whose offsets are spread over them, the other corners of the cells there.
+static void choose_kept(CutLattice *lattice, const char *name, const VoxelMaking *making,
+                        Arena *arena)
+{
+    const LatticeMesh *mesh = &making->mesh;
+    const VoxelOptions *options = making->options;
+    lattice->kept_end = mesh->vertex_count;
+    lattice->kept_id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "ids of kept vertices");
+    lattice->carried = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, bool, "carried vertices");
+    for (int v = 0; v < mesh->vertex_count; v++)
+        lattice->kept_id[v] = v < mesh->surface_count || options->publish_all ? mesh->id[v] : -1;
+    for (int e = 0; e < mesh->element_count && options->field != NULL; e++) {
+        const int *corner = mesh->vertex[e];
+        bool outer = false;
+        for (int c = 0; c < NODE_CORNERS; c++)
+            outer |= making->layout.leaf[e].level == 0 && corner[c] < mesh->surface_count;
+        for (int c = 0; c < NODE_CORNERS && outer; c++)
+            lattice->kept_id[corner[c]] = mesh->id[corner[c]];
+    }
+}
+
+// Divides the blocks above the initial leaves.
+static void divide_above(CutLattice *lattice, const Layout *layout)
+{
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++) {
+        const CutElement *element = &lattice->element[e];
+        const int level = element->level;
+        lattice->divided[e] =
+            covering_leaf(layout, level, element->cell[0] >> level, element->cell[1] >> level,
+                          element->cell[2] >> level) < 0;
+    }
+}
+
+// False with a status: more points than ids can express.
+static bool check_ids(const CutLattice *lattice, const char *name, Status *status)
+{
+    double cells = 1.0, all = 1.0;
+    for (int d = 0; d < 3; d++) {
+        cells *= lattice->scratch->id_points[d];
+        all *= lattice->scratch->points[d];
+    }
+    return !lattice->adapts || 8.0 * (cells + all) <= INT_MAX ||
+           status_fail(status, STATUS_INVALID, "%s: more than %d points around its elements", name,
+                       INT_MAX / 16);
 }
 
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
@@ -209,17 +351,25 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     const int capacity = making->capacity;
     *lattice = (CutLattice){.vertex_capacity = capacity,
                             .split_budget = making->options->split_budget,
-                            .removable = making->options->body.removable};
+                            .removable = making->options->body.removable,
+                            .adapts = making->options->surface_level > 0};
     if (mesh->vertex_count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
                            name, mesh->vertex_count, capacity);
     // Elements, then vertices as in the uncut body.
-    create_elements(lattice, name, &making->layout, arena);
+    create_elements(lattice, name, making, arena);
     create_scratch(lattice, name, arena);
+    if (!check_ids(lattice, name, status))
+        return false;
     create_state(lattice, name, arena, state);
     memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
     memcpy(lattice->vertex_id, mesh->id, (size_t)mesh->vertex_count * sizeof *mesh->id);
     *lattice->vertex_count = mesh->vertex_count;
+    if (lattice->adapts) {
+        divide_above(lattice, &making->layout);
+        choose_kept(lattice, name, making, arena);
+        cut_merge_allow(lattice, making);
+    }
     if (lattice->removable) // nothing is gone: as the ids say
         cut_points_find_anchors(lattice);
     const bool sound = cut_lattice_derive(lattice);
@@ -250,14 +400,13 @@ int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
     return cut_parts_leaf(lattice, cell);
 }
 
-void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
+void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf)
 {
-    const CutElement *element = &lattice->element[leaf];
-    const int edge = 1 << element->level, *at = element->cell;
+    const int edge = 1 << level;
     for (int k = 0; k < edge; k++)
         for (int j = 0; j < edge; j++) {
             int *row =
-                &lattice->scratch->grid[cut_parts_grid(lattice, at[0], at[1] + j, at[2] + k)];
+                &lattice->scratch->grid[cut_parts_grid(lattice, cell[0], cell[1] + j, cell[2] + k)];
             for (int i = 0; i < edge; i++)
                 row[i] = leaf;
         }
@@ -281,9 +430,9 @@ int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
 
 void cut_parts_list_element(CutLattice *lattice, int element)
 {
-    if (lattice->scratch->listed_element[element])
+    if (lattice->scratch->listed_element[element] & 1)
         return;
-    lattice->scratch->listed_element[element] = true;
+    lattice->scratch->listed_element[element] |= 1;
     lattice->changes.element[lattice->changes.element_count++] = element;
 }
 
@@ -310,12 +459,14 @@ void cut_lattice_forget_changes(CutLattice *lattice)
 {
     CutChanges *changes = &lattice->changes;
     for (int i = 0; i < changes->element_count; i++)
-        lattice->scratch->listed_element[changes->element[i]] = false;
+        lattice->scratch->listed_element[changes->element[i]] = 0;
     for (int i = 0; i < changes->face_count; i++)
         lattice->scratch->listed_face[changes->face[i][0]] = 0;
     for (int i = 0; i < changes->lost_count; i++)
         lattice->scratch->is_lost[changes->lost[i]] = false;
+    cut_points_free_ended(lattice);
     changes->element_count = changes->birth_count = changes->face_count = changes->lost_count = 0;
+    changes->merged_count = changes->ended_count = 0;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -324,6 +475,24 @@ void cut_lattice_forget_changes(CutLattice *lattice)
 static int point_count(const CutScratch *scratch)
 {
     return scratch->points[0] * scratch->points[1] * scratch->points[2];
+}
+
+// True if nothing that touches a block, which is a leaf or gone, is more than one level larger.
+static bool is_balanced(const CutLattice *lattice, int element)
+{
+    const CutElement *middle = &lattice->element[element];
+    for (int n = 0; n < 27; n++) {
+        const int at[3] = {(middle->cell[0] >> middle->level) - 1 + n % 3,
+                           (middle->cell[1] >> middle->level) - 1 + n / 3 % 3,
+                           (middle->cell[2] >> middle->level) - 1 + n / 9};
+        for (int up = 2; middle->level + up <= lattice->levels; up++) {
+            const int block =
+                cut_parts_block(lattice, middle->level + up, at[0] >> up, at[1] >> up, at[2] >> up);
+            if (block >= 0 && !lattice->divided[block])
+                return false;
+        }
+    }
+    return true;
 }
 
 // True if elements are divided only where they can be, and none borders on a leaf two levels
@@ -338,25 +507,20 @@ static bool divisions_are_valid(const CutLattice *lattice)
             return false;
         if (lattice->divided[e] && element->parent >= 0 && !lattice->divided[element->parent])
             return false;
+        if (lattice->adapts &&
+            (lattice->asked[e] > 1 || (lattice->asked[e] && (cut_parts_is_cell(lattice, e) ||
+                                                             !cut_lattice_is_leaf(lattice, e)))))
+            return false;
     }
-    // Whatever touches a leaf is at most one level larger.
     for (int e = 0; e < lattice->element_count; e++) {
         const bool gone = cut_parts_is_cell(lattice, e) && cut_lattice_is_gone(lattice, e);
-        if (!cut_lattice_is_leaf(lattice, e) && !gone)
-            continue;
-        const CutElement *element = &lattice->element[e];
-        const int level = element->level;
-        for (int n = 0; n < 27; n++) {
-            const int around =
-                cut_parts_block(lattice, level, (element->cell[0] >> level) - 1 + n % 3,
-                                (element->cell[1] >> level) - 1 + n / 3 % 3,
-                                (element->cell[2] >> level) - 1 + n / 9);
-            if (around < 0 || lattice->divided[around])
-                continue;
-            if (gone && (n == 4 || n == 10 || n == 12 || n == 14 || n == 16 || n == 22) &&
-                cut_parts_leaf(lattice, around) != around) // a neighbour across a face
-                return false;
-            if (lattice->element[cut_parts_leaf(lattice, around)].level > level + 1)
+        if ((cut_lattice_is_leaf(lattice, e) || gone) && !is_balanced(lattice, e))
+            return false;
+        // The neighbours of what is gone, across faces, are leaves.
+        for (int d = 0; d < 6 && gone; d++) {
+            const int across = cut_lattice_across(lattice, e, d);
+            if (across >= 0 && !lattice->divided[across] &&
+                cut_parts_leaf(lattice, across) != across)
                 return false;
         }
     }
@@ -381,18 +545,32 @@ static bool bits_are_valid(const CutLattice *lattice)
     return true;
 }
 
+// True if the row of a vertex holds what it can.
+static bool id_is_valid(const CutLattice *lattice, int vertex)
+{
+    const int id = lattice->vertex_id[vertex], anchor = lattice->anchor[vertex];
+    const bool used = vertex < cut_lattice_used(lattice);
+    if (cut_lattice_is_kept(lattice, vertex) && id != lattice->kept_id[vertex])
+        return false;
+    if (!used || (lattice->adapts && id == -1)) // not used, or free
+        return id == -1 && (!lattice->removable || anchor == -1 || !used);
+    if (id < 0 || id >= cut_points_most_ids(lattice))
+        return false;
+    if (!lattice->removable)
+        return true;
+    // Corners in void have the anchor of their id always.
+    const int said = cut_points_anchor_of(lattice, id);
+    return anchor >= -1 && (said < 8 ? anchor < 8 : anchor == said);
+}
+
 static bool ids_are_valid(const CutLattice *lattice)
 {
-    if (*lattice->vertex_count < 0 || *lattice->vertex_count > lattice->vertex_capacity)
+    if (*lattice->vertex_count < lattice->kept_end ||
+        *lattice->vertex_count > lattice->vertex_capacity)
         return false;
-    const int most = 8 * point_count(lattice->scratch);
-    for (int v = 0; v < lattice->vertex_capacity; v++) {
-        const int id = lattice->vertex_id[v];
-        if (v < *lattice->vertex_count ? id < 0 || id >= most : id != -1)
+    for (int v = 0; v < lattice->vertex_capacity; v++)
+        if (!id_is_valid(lattice, v))
             return false;
-        if (lattice->removable && (lattice->anchor[v] < -1 || lattice->anchor[v] > 7))
-            return false;
-    }
     return true;
 }
 
@@ -416,6 +594,8 @@ static void find_wanted(CutLattice *lattice)
 {
     CutScratch *scratch = lattice->scratch;
     memset(scratch->bitten, 0, (size_t)lattice->element_count * sizeof *scratch->bitten);
+    if (lattice->adapts)
+        memset(scratch->is_wanted, 0, (size_t)lattice->element_count * sizeof *scratch->is_wanted);
     lattice->wanted_count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
@@ -423,7 +603,29 @@ static void find_wanted(CutLattice *lattice)
                 cut_split_bite(lattice, cell);
                 cut_split_bite(lattice, cut_lattice_across(lattice, cell, 2 * axis + 1));
             }
+    if (lattice->adapts)
+        cut_split_find_others(lattice);
     cut_split_sort(lattice, 0);
+}
+
+// Assumes that all kept vertices are carried; visits of points tell which are not.
+static void assume_carried(CutLattice *lattice)
+{
+    for (int v = 0; v < lattice->kept_end; v++)
+        lattice->carried[v] = lattice->kept_id[v] >= 0 && lattice->anchor[v] >= 0;
+}
+
+// Returns how many vertices have elements; -1: one that has none has an anchor that no part had.
+static int count_present(const CutLattice *lattice)
+{
+    int present = 0;
+    for (int v = 0; v < cut_lattice_used(lattice); v++) {
+        const bool carried = cut_lattice_is_carried(lattice, v);
+        if (carried && lattice->anchor[v] != cut_points_anchor_of(lattice, lattice->vertex_id[v]))
+            return -1;
+        present += lattice->anchor[v] >= 0 && !carried;
+    }
+    return present;
 }
 
 static bool find_vertices(CutLattice *lattice)
@@ -433,11 +635,10 @@ static bool find_vertices(CutLattice *lattice)
     memset(scratch->head, -1, (size_t)point_count(scratch) * sizeof *scratch->head);
     if (!lattice->removable)
         cut_points_find_anchors(lattice);
-    int present = 0;
-    for (int v = 0; v < cut_lattice_used(lattice); v++) {
-        cut_points_add(lattice, v);
-        present += lattice->anchor[v] >= 0;
-    }
+    for (int v = 0; v < cut_lattice_used(lattice); v++)
+        if (lattice->vertex_id[v] >= 0)
+            cut_points_add(lattice, v);
+    assume_carried(lattice);
     // Visit all points at which leaves meet; no vertex may be missing.
     int expected = 0, leaf[8];
     for (int z = 0; z < scratch->points[2]; z++)
@@ -455,7 +656,7 @@ static bool find_vertices(CutLattice *lattice)
                     return false;
             }
     // Each expected vertex was found: equal counts mean all of them, and none twice.
-    return expected == present;
+    return expected == count_present(lattice);
 }
 
 bool cut_lattice_derive(CutLattice *lattice)
@@ -470,6 +671,8 @@ bool cut_lattice_derive(CutLattice *lattice)
     if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice))
         return false;
     enter_leaves(lattice);
+    if (lattice->adapts)
+        cut_points_find_free(lattice);
     find_wanted(lattice);
     const bool sound = find_vertices(lattice);
     cut_lattice_forget_changes(lattice);

@@ -125,6 +125,8 @@ typedef struct CutLattice {
     signed char *anchor;    // [vertex_capacity] lowest slot of its part with a solid cell; 8 + its
                             // lowest slot: it has none; -1: all its elements are gone, or it is
                             // free. State where cells can go, else it follows from the id
+    unsigned char *asked;   // [element_count] a leaf that cut_lattice_want named; of a body that
+                            // adapts, else NULL
 
     // --- follows from it ---
     int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
@@ -254,6 +256,8 @@ void cut_lattice_forget_changes(CutLattice *lattice);
 // --- bodies that adapt ---
 // Puts a leaf of level 1 or more into `wanted`, once: cut_lattice_reconstruct divides it.
 void cut_lattice_want(CutLattice *lattice, int element);
+// Takes back all such requests.
+void cut_lattice_withdraw(CutLattice *lattice);
 // True if a divided element may become a leaf: its children are leaves, no block of their size
 // around it is divided, it is mergeable, and nothing is broken in or near it. False if a child was
 // merged in this change.

@@ -5,29 +5,43 @@
 
 #include "voxel/cut/cut_lattice.h"
 
-// The vertices between which a position in a divided element is the middle, as corners of its
-// children: the middle of an edge between its ends, that of a face between those of its edges, the
-// centre between all corners.
+// The positions between which one in a divided element is the middle, as offsets x + 3 y + 9 z: the
+// middle of an edge between its ends, that of a face between those of its edges, the centre between
+// all corners.
 typedef struct CutParents {
     int count;
-    unsigned char child[8], corner[8];
+    unsigned char at[8];
 } CutParents;
+
+// The rows below `vertex_count` that are free, one bit each; a word of a level is not 0 if the bit
+// of it in the next level is set.
+enum { FREE_LEVELS = 3, FREE_WORD = 64 };
+typedef struct CutFreeRows {
+    int count, words[FREE_LEVELS];
+    uint64_t *bits[FREE_LEVELS];
+} CutFreeRows;
 
 // Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
-    int points[3];              // lattice points along the axes
-    int *grid;                  // leaf of each cell, x fastest, with a margin of one void cell
-    int (*point)[3];            // [vertex] its point
-    int *head;                  // [point] one of its vertices; -1: none
-    int *next;                  // [vertex] another vertex at its point
-    unsigned char *bitten;      // [element] has a broken bit in or on it
-    int *fresh;                 // [elements above level 0] to be sorted into `wanted`
-    bool *listed_element;       // [element] in changes.element
-    unsigned char *listed_face; // [cell] axes in changes.face
-    unsigned char *visited;     // [point] within a call
-    bool *is_lost;              // [vertex] in changes.lost
-    signed char node_at[27];    // node by offset x + 3 y + 9 z; -1: the centre
-    CutParents parents[27];     // by offset, likewise
+    int points[3];                 // lattice points along the axes, those of larger blocks included
+    int id_points[3];              // those of the cells, of which ids are made
+    int *grid;                     // leaf of each cell, x fastest, with a margin of one void cell
+    int (*point)[3];               // [vertex] its point
+    int *head;                     // [point] one of its vertices; -1: none
+    int *next;                     // [vertex] another vertex at its point
+    unsigned char *bitten;         // [element] has a broken bit in or on it
+    int *fresh;                    // [elements above level 0] to be sorted into `wanted`
+    unsigned char *listed_element; // [element] bit 0: in changes.element, bit 1: in changes.merged
+    unsigned char *listed_face;    // [cell] axes in changes.face
+    unsigned char *visited;        // [point] within a call
+    bool *is_lost;                 // [vertex] in changes.lost
+    signed char node_at[27];       // node by offset x + 3 y + 9 z; -1: the centre
+    CutParents parents[27];        // by offset, likewise
+    int old[NODE_COUNT];           // vertices of the element that is being divided
+    // Of a body that adapts.
+    CutFreeRows free;
+    unsigned char *is_wanted; // [element] in `wanted`
+    bool *is_ended;           // [vertex] in changes.ended
 } CutScratch;
 
 static inline int cut_parts_block(const CutLattice *lattice, int level, int i, int j, int k)
@@ -71,24 +85,45 @@ static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k
     const long nx = lattice->count[0] + 2, ny = lattice->count[1] + 2;
     return ((k + 1) * ny + j + 1) * nx + i + 1;
 }
-// Writes a leaf into its cells of the grid.
-void cut_parts_enter_leaf(CutLattice *lattice, int leaf);
+// Writes a leaf (-1: none) into the cells of its block in the grid.
+void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf);
+static inline void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
+{
+    cut_parts_enter(lattice, lattice->element[leaf].cell, lattice->element[leaf].level, leaf);
+}
+
+// Returns how many vertices can still come.
+static inline int cut_parts_room(const CutLattice *lattice)
+{
+    return lattice->vertex_capacity - cut_lattice_used(lattice) + lattice->scratch->free.count;
+}
 
 void cut_parts_list_element(CutLattice *lattice, int element);
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis);
 
 // cut_points.c. Gives the leaves around a point the vertices of their parts there. New parts get
-// copies of the vertex that their leaves had, or, without one, a vertex in the middle of `of`. With
-// of = CUT_NO_BIRTHS there must be no new part: false if there is.
+// copies of the vertex that their leaves had, or, without one, a vertex in the middle of `of`,
+// which was divided, or extrapolated from it, if it was merged; then vertices that no part has any
+// more end. With of = CUT_NO_BIRTHS there must be no new part: false if there is.
 enum { CUT_NO_BIRTHS = -2 };
 bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of);
 // Load time.
 void cut_points_list_parents(CutScratch *scratch);
-// Finds the anchors of all vertices from their ids, as they were before any cell went.
+// Returns how many ids there can be.
+int cut_points_most_ids(const CutLattice *lattice);
+// Returns the anchor that an id says, as it was before any cell went; -1: no part has that id.
+int cut_points_anchor_of(const CutLattice *lattice, int id);
+// Sets the anchors of all vertices to those.
 void cut_points_find_anchors(CutLattice *lattice);
+// Frees the rows of vertices that have ended.
+void cut_points_free_ended(CutLattice *lattice);
+// Finds the free rows from the ids.
+void cut_points_find_free(CutLattice *lattice);
 // Return how many vertices the point should have, and how many with elements it has.
 int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8]);
 int cut_points_present(const CutLattice *lattice, const int point[3]);
+// Returns how many vertices have to come there, at most: of a body that adapts.
+int cut_points_missing(const CutLattice *lattice, const int point[3], const int leaf[8]);
 // Lists a vertex at the point of its id.
 void cut_points_add(CutLattice *lattice, int vertex);
 
@@ -97,7 +132,25 @@ void cut_parts_list_lost(CutLattice *lattice, int vertex);
 
 // cut_split.c. Call it when the element's bits have changed: it may have to be divided.
 void cut_split_bite(CutLattice *lattice, int cell);
+// True if a leaf must be divided whatever is asked: something is broken in or near it, or it may be
+// no leaf at all.
+bool cut_split_must(const CutLattice *lattice, int element);
+// Adds the leaves that must be divided regardless of broken bits, and those that were asked for.
+void cut_split_find_others(CutLattice *lattice);
 // Sorts the elements added to `wanted` behind the first `sorted` into its order.
 void cut_split_sort(CutLattice *lattice, int sorted);
+
+// The leaves in and around an element that is being divided or merged, as blocks of its children's
+// level, with its own in the middle. None is smaller.
+typedef struct CutBlocks {
+    int leaf[4][4][4]; // [z][y][x]
+} CutBlocks;
+enum { CUT_POINTS = NODE_COUNT + 1 }; // nodes of an element, and its centre
+void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *out);
+// Gives the leaves around all these points of an element their vertices.
+void cut_split_visit(CutLattice *lattice, int element);
+
+// cut_merge.c. Load time: decides which elements may be leaves of a body that adapts.
+void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making);
 
 #endif

@@ -38,44 +38,18 @@ static int *entry_in(CutLattice *lattice, int leaf, int slot, const int point[3]
                 ->node[leaf - lattice->level_first[1]][cut_lattice_node_at(lattice, leaf, point)];
 }
 
-static PointParts parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
-{
-    // Bits by slot: solid, leaf of level 0, with the point as a corner; with a broken face by its
-    // axis.
-    unsigned solid = 0, cells = 0, corners = 0, broken_at[3] = {0, 0, 0}, broken = 0;
-    const int all = point[0] | point[1] | point[2];
-    for (int s = 0; s < 8; s++) {
-        if (leaf[s] < 0)
-            continue;
-        solid |= 1u << s;
-        if (cut_parts_is_cell(lattice, leaf[s])) {
-            const unsigned bits = lattice->broken[leaf[s]];
-            cells |= 1u << s;
-            for (int d = 0; d < 3; d++)
-                broken_at[d] |= (bits >> d & 1) << s;
-        } else if ((all & ((1 << lattice->element[leaf[s]].level) - 1)) == 0) {
-            corners |= 1u << s;
-        }
-    }
-    corners |= cells;
-    // Of the slots on the lower side of a face, keep those whose face is open.
-    static const unsigned low_side[3] = {0x55, 0x33, 0x0f};
-    for (int d = 0; d < 3; d++)
-        broken_at[d] &= low_side[d] & cells >> (1 << d);
-    if (solid == 0xff && (broken_at[0] | broken_at[1] | broken_at[2]) == 0)
-        return (PointParts){.owns = corners != 0};
-    for (int f = 0; f < 12; f++)
-        broken |= (broken_at[f / 4] >> POINT_FACE[f] & 1) << f;
-    return point_parts(leaf, corners, broken);
-}
+// The parts at a point, and the slots with a solid cell: bits.
+typedef struct CutAround {
+    PointParts parts;
+    unsigned solid;
+} CutAround;
 
-// Returns the vertex at a point whose part's lowest slot is `anchor`; -1: none.
-static int find_vertex(const CutLattice *lattice, int index, int anchor)
+// Returns whether solid cells meet across the common face of two leaves, side by side along an
+// axis: the smaller one knows.
+static bool meet(const CutLattice *lattice, int low, int high, int axis)
 {
-    int v = lattice->scratch->head[index];
-    while (v >= 0 && lattice->anchor[v] != anchor)
-        v = lattice->scratch->next[v];
-    return v;
+    const CutElement *a = &lattice->element[low], *b = &lattice->element[high];
+    return a->level <= b->level ? a->meets >> (2 * axis + 1) & 1 : b->meets >> 2 * axis & 1;
 }
 
 // Returns the cell in a slot around a point at load; -1: void.
@@ -85,47 +59,232 @@ static int cell_in(const CutLattice *lattice, const int point[3], int slot)
                                     point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
 }
 
-// Returns what the id of a new vertex adds to the index of its point (point_parts_rank): cells that
-// are gone count as solid.
-static int rank_of(const CutLattice *lattice, const PointParts *parts, int part, const int point[3])
+// The same as `parts_at` where a leaf is partly filled.
+static CutAround parts_around_void(const CutLattice *lattice, const int point[3], const int leaf[8],
+                                   unsigned corners, unsigned broken)
 {
-    if (!lattice->removable)
-        return point_parts_rank(parts, part);
-    for (int s = 0; s < part; s++)
+    CutAround around = {.solid = 0};
+    for (int f = 0; f < 12; f++) {
+        const int low = POINT_FACE[f], high = low + (1 << f / 4);
+        if (leaf[low] >= 0 && leaf[high] >= 0 && leaf[low] != leaf[high])
+            broken |= (unsigned)!meet(lattice, leaf[low], leaf[high], f / 4) << f;
+    }
+    for (int s = 0; s < 8; s++)
+        if (leaf[s] >= 0)
+            around.solid |=
+                (unsigned)(lattice->element[leaf[s]].whole || cell_in(lattice, point, s) >= 0) << s;
+    around.parts = point_parts(leaf, corners, broken);
+    return around;
+}
+
+static CutAround parts_at(const CutLattice *lattice, const int point[3], const int leaf[8])
+{
+    // Bits by slot: covered by a leaf, leaf of level 0, with the point as a corner; with a broken
+    // face by its axis.
+    unsigned covered = 0, cells = 0, corners = 0, broken_at[3] = {0, 0, 0}, broken = 0;
+    const int all = point[0] | point[1] | point[2];
+    bool whole = true;
+    for (int s = 0; s < 8; s++) {
+        if (leaf[s] < 0)
+            continue;
+        covered |= 1u << s;
+        if (cut_parts_is_cell(lattice, leaf[s])) {
+            const unsigned bits = lattice->broken[leaf[s]];
+            cells |= 1u << s;
+            for (int d = 0; d < 3; d++)
+                broken_at[d] |= (bits >> d & 1) << s;
+        } else {
+            const CutElement *element = &lattice->element[leaf[s]];
+            corners |= (unsigned)((all & ((1 << element->level) - 1)) == 0) << s;
+            whole &= element->whole;
+        }
+    }
+    corners |= cells;
+    // Of the slots on the lower side of a face, keep those whose face is open.
+    static const unsigned low_side[3] = {0x55, 0x33, 0x0f};
+    for (int d = 0; d < 3; d++)
+        broken_at[d] &= low_side[d] & cells >> (1 << d);
+    if (covered == 0xff && whole && (broken_at[0] | broken_at[1] | broken_at[2]) == 0)
+        return (CutAround){{.owns = corners != 0}, covered};
+    for (int f = 0; f < 12; f++)
+        broken |= (broken_at[f / 4] >> POINT_FACE[f] & 1) << f;
+    if (!whole)
+        return parts_around_void(lattice, point, leaf, corners, broken);
+    return (CutAround){point_parts(leaf, corners, broken), covered};
+}
+
+// Returns the anchor of a part: its lowest slot with a solid cell; 8 + its lowest slot: it has
+// none.
+static int anchor_of(const CutAround *around, int part)
+{
+    for (int s = part; s < 8; s++)
+        if (around->parts.part[s] == part && (around->solid >> s & 1))
+            return s;
+    return 8 + part;
+}
+
+// Returns the vertex at a point whose part has this anchor; -1: none.
+static int find_vertex(const CutLattice *lattice, int index, int anchor)
+{
+    int v = lattice->scratch->head[index];
+    while (v >= 0 && lattice->anchor[v] != anchor)
+        v = lattice->scratch->next[v];
+    return v;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Ids
+
+static int product(const int n[3])
+{
+    return n[0] * n[1] * n[2];
+}
+
+static int index_in(const int n[3], const int point[3])
+{
+    return (point[2] * n[1] + point[1]) * n[0] + point[0];
+}
+
+// Parts without a solid cell have the ids above those of the others: their points may be beyond the
+// lattice.
+int cut_points_most_ids(const CutLattice *lattice)
+{
+    const CutScratch *scratch = lattice->scratch;
+    return 8 * product(scratch->id_points) + (lattice->adapts ? 8 * product(scratch->points) : 0);
+}
+
+// Returns the id of a new vertex. Of parts with a solid cell that is the index of the point for the
+// part with the lowest one (point_parts_rank): cells that are gone count as solid.
+static int id_of(const CutLattice *lattice, const CutAround *around, int part, const int point[3])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int points = product(scratch->id_points), anchor = anchor_of(around, part);
+    if (anchor >= 8)
+        return 8 * points + index_in(scratch->points, point) +
+               product(scratch->points) * (anchor - 8);
+    const int index = index_in(scratch->id_points, point);
+    if (!lattice->removable && !lattice->adapts)
+        return index + points * point_parts_rank(&around->parts, part);
+    for (int s = 0; s < anchor; s++)
         if (cell_in(lattice, point, s) >= 0)
-            return part;
-    return 0;
+            return index + points * anchor;
+    return index;
+}
+
+// Finds the point of an id; returns what the id adds to its index: 8 or more for a part without a
+// solid cell.
+static int point_of_id(const CutLattice *lattice, int id, int point[3])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int solid = 8 * product(scratch->id_points);
+    const int *n = id < solid ? scratch->id_points : scratch->points;
+    const int left = id < solid ? id : id - solid, points = product(n), index = left % points;
+    point[0] = index % n[0];
+    point[1] = index / n[0] % n[1];
+    point[2] = index / (n[0] * n[1]);
+    return left / points + (id < solid ? 0 : 8);
+}
+
+int cut_points_anchor_of(const CutLattice *lattice, int id)
+{
+    int point[3], lowest = 0;
+    const int rank = point_of_id(lattice, id, point);
+    if (rank >= 8)
+        return rank;
+    while (lowest < 7 && cell_in(lattice, point, lowest) < 0)
+        lowest++;
+    // An id that no part can have has no anchor.
+    const int slot = rank == 0 ? lowest : rank;
+    const bool good = cell_in(lattice, point, slot) >= 0 && (rank == 0 || rank > lowest);
+    return good ? slot : -1;
 }
 
 void cut_points_find_anchors(CutLattice *lattice)
 {
-    const int *n = lattice->scratch->points, points = n[0] * n[1] * n[2];
     memset(lattice->anchor, -1, (size_t)lattice->vertex_capacity);
-    for (int v = 0; v < cut_lattice_used(lattice); v++) {
-        const int index = lattice->vertex_id[v] % points;
-        const int point[3] = {index % n[0], index / n[0] % n[1], index / (n[0] * n[1])};
-        const int rank = lattice->vertex_id[v] / points;
-        int lowest = 0;
-        while (lowest < 7 && cell_in(lattice, point, lowest) < 0)
-            lowest++;
-        // An id that no part can have has no anchor.
-        const int slot = rank == 0 ? lowest : rank;
-        const bool good = cell_in(lattice, point, slot) >= 0 && (rank == 0 || rank > lowest);
-        lattice->anchor[v] = (signed char)(good ? slot : -1);
-    }
+    for (int v = 0; v < cut_lattice_used(lattice); v++)
+        if (lattice->vertex_id[v] >= 0)
+            lattice->anchor[v] = (signed char)cut_points_anchor_of(lattice, lattice->vertex_id[v]);
 }
 
 void cut_points_add(CutLattice *lattice, int vertex)
 {
     CutScratch *scratch = lattice->scratch;
-    const int nx = scratch->points[0], ny = scratch->points[1];
-    const int index = lattice->vertex_id[vertex] % (nx * ny * scratch->points[2]);
-    scratch->point[vertex][0] = index % nx;
-    scratch->point[vertex][1] = index / nx % ny;
-    scratch->point[vertex][2] = index / (nx * ny);
+    point_of_id(lattice, lattice->vertex_id[vertex], scratch->point[vertex]);
+    const int index = cut_parts_index(scratch, scratch->point[vertex]);
     scratch->next[vertex] = scratch->head[index];
     scratch->head[index] = vertex;
 }
+
+static void leave_list(CutLattice *lattice, int vertex)
+{
+    CutScratch *scratch = lattice->scratch;
+    int *at = &scratch->head[cut_parts_index(scratch, scratch->point[vertex])];
+    while (*at != vertex)
+        at = &scratch->next[*at];
+    *at = scratch->next[vertex];
+}
+
+// ---------------------------------------------------------------------------------------------
+// Free rows
+
+static void put_row(CutFreeRows *rows, int row)
+{
+    rows->count++;
+    for (int level = 0; level < FREE_LEVELS; level++, row /= FREE_WORD)
+        rows->bits[level][row / FREE_WORD] |= (uint64_t)1 << row % FREE_WORD;
+}
+
+// Takes the lowest free row; there is one.
+static int take_lowest(CutFreeRows *rows)
+{
+    int word = 0;
+    while (rows->bits[FREE_LEVELS - 1][word] == 0)
+        word++;
+    for (int level = FREE_LEVELS - 1; level > 0; level--)
+        word = FREE_WORD * word + __builtin_ctzll(rows->bits[level][word]);
+    const int row = FREE_WORD * word + __builtin_ctzll(rows->bits[0][word]);
+    rows->count--;
+    // A word without bits has none in the next level.
+    for (int level = 0, at = row; level < FREE_LEVELS; level++, at /= FREE_WORD) {
+        rows->bits[level][at / FREE_WORD] &= ~((uint64_t)1 << at % FREE_WORD);
+        if (rows->bits[level][at / FREE_WORD] != 0)
+            break;
+    }
+    return row;
+}
+
+void cut_points_find_free(CutLattice *lattice)
+{
+    CutFreeRows *rows = &lattice->scratch->free;
+    rows->count = 0;
+    for (int level = 0; level < FREE_LEVELS; level++)
+        memset(rows->bits[level], 0, (size_t)rows->words[level] * sizeof *rows->bits[level]);
+    for (int v = 0; v < cut_lattice_used(lattice); v++)
+        if (lattice->vertex_id[v] < 0)
+            put_row(rows, v);
+}
+
+void cut_points_free_ended(CutLattice *lattice)
+{
+    for (int k = 0; k < lattice->changes.ended_count; k++) {
+        const int vertex = lattice->changes.ended[k].vertex;
+        lattice->scratch->is_ended[vertex] = false;
+        if (lattice->vertex_id[vertex] < 0)
+            put_row(&lattice->scratch->free, vertex);
+    }
+}
+
+static int take_row(CutLattice *lattice)
+{
+    if (lattice->scratch->free.count > 0)
+        return take_lowest(&lattice->scratch->free);
+    ASSERT(*lattice->vertex_count < lattice->vertex_capacity);
+    return (int)(*lattice->vertex_count)++;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Births
 
 void cut_points_list_parents(CutScratch *scratch)
 {
@@ -136,51 +295,94 @@ void cut_points_list_parents(CutScratch *scratch)
         CutParents *parents = &scratch->parents[offset];
         for (int n = 0; n < 27; n++) {
             const int at[3] = {n % 3, n / 3 % 3, n / 9};
-            // A candidate parent, as a corner of a child.
-            int left = 0, child = 0, corner = 0;
+            int left = 0;
             bool beside = true; // where the position is at the end of an edge, so is the parent
             for (int d = 0; d < 3; d++) {
                 left += at[d] == 1;
                 beside &= steps[d] == 1 || at[d] == steps[d];
-                child |= (at[d] == 2) << d;
-                corner |= (at[d] > 0) << d;
             }
-            if (beside && left == (middles == 2)) {
-                parents->child[parents->count] = (unsigned char)child;
-                parents->corner[parents->count++] = (unsigned char)corner;
-            }
+            if (beside && left == (middles == 2))
+                parents->at[parents->count++] = (unsigned char)n;
         }
     }
 }
 
-static int find_parents(const CutLattice *lattice, int of, const int point[3], int parent[8])
+// Returns the vertex at an offset in an element that has been divided: that of the first child
+// there, or, where all are void, what the element had; -1: none.
+static int vertex_in(const CutLattice *lattice, int element, int offset)
 {
-    const CutElement *element = &lattice->element[of];
-    int offset = 0;
-    for (int d = 0, step = 1; d < 3; d++, step *= 3)
-        offset += step * (2 * (point[d] - element->cell[d]) >> element->level);
-    const CutParents *parents = &lattice->scratch->parents[offset];
-    for (int p = 0; p < parents->count; p++)
-        parent[p] =
-            cut_lattice_nodes(lattice, element->child + parents->child[p])[parents->corner[p]];
-    return parents->count;
+    const int at[3] = {offset % 3, offset / 3 % 3, offset / 9};
+    for (int c = 0; c < 8; c++) {
+        const int k[3] = {at[0] - (c & 1), at[1] - (c >> 1 & 1), at[2] - (c >> 2)};
+        const int child = cut_lattice_child(lattice, element, c);
+        if (child >= 0 && ((k[0] | k[1] | k[2]) & ~1) == 0)
+            return cut_lattice_nodes(lattice, child)[k[0] + 2 * k[1] + 4 * k[2]];
+    }
+    const int node = lattice->scratch->node_at[offset];
+    return node < 0 ? -1 : lattice->scratch->old[node];
 }
 
-// Adds a copy of `origin`, or, if that is negative, a vertex in the middle of `of`.
+// Finds the vertices whose mean is the place of a point in an element that has been divided.
+static int find_parents(const CutLattice *lattice, int of, const int point[3], int parent[8])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const CutElement *element = &lattice->element[of];
+    int offset = 0, count = 0;
+    for (int d = 0, step = 1; d < 3; d++, step *= 3)
+        offset += step * (2 * (point[d] - element->cell[d]) >> element->level);
+    const CutParents *parents = &scratch->parents[offset];
+    bool all = true; // exist
+    for (int p = 0; p < parents->count; p++) {
+        parent[p] = vertex_in(lattice, of, parents->at[p]);
+        all &= parent[p] >= 0;
+    }
+    if (all)
+        return parents->count;
+    // In the middle of a face a middle of an edge may be in void: its place is between its ends.
+    for (int p = 0; p < parents->count; p++) {
+        const CutParents *ends = &scratch->parents[parents->at[p]];
+        const int middle = vertex_in(lattice, of, parents->at[p]);
+        for (int k = 0; k < 2; k++)
+            parent[count++] = middle >= 0 ? middle : vertex_in(lattice, of, ends->at[k]);
+    }
+    return count;
+}
+
+// Tells of a vertex: a copy of `origin`, or, if that is negative, one that follows from `of`.
+static void list_birth(CutLattice *lattice, int vertex, const int point[3], int origin, int of,
+                       bool carried)
+{
+    CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
+    *birth = (CutBirth){.vertex = vertex,
+                        .origin = origin,
+                        .parent_count = 1,
+                        .parent = {origin},
+                        .extrapolated = -1,
+                        .carried = carried};
+    if (origin >= 0)
+        return;
+    ASSERT(of >= 0);
+    birth->parent_count = 0;
+    if (lattice->divided[of])
+        birth->parent_count = find_parents(lattice, of, point, birth->parent);
+    else
+        birth->extrapolated = of;
+}
+
+// Adds a copy of `origin`, or, if that is negative, a vertex that follows from `of`.
 static int add_vertex(CutLattice *lattice, int id, int anchor, const int point[3], int origin,
                       int of)
 {
-    const int v = (int)(*lattice->vertex_count)++;
-    ASSERT(v < lattice->vertex_capacity);
+    const int v = take_row(lattice);
     lattice->vertex_id[v] = id;
     lattice->anchor[v] = (signed char)anchor;
-    CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
-    *birth = (CutBirth){.vertex = v, .origin = origin, .parent_count = 1, .parent = {origin}};
-    if (origin < 0)
-        birth->parent_count = find_parents(lattice, of, point, birth->parent);
+    list_birth(lattice, v, point, origin, of, false);
     cut_points_add(lattice, v);
     return v;
 }
+
+// ---------------------------------------------------------------------------------------------
+// Visits
 
 // Returns the vertex that the leaves of a part had here; -1: none.
 static int vertex_before(CutLattice *lattice, const PointParts *parts, int part, const int leaf[8],
@@ -195,55 +397,142 @@ static int vertex_before(CutLattice *lattice, const PointParts *parts, int part,
     return -1;
 }
 
-bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of)
+// True if the part of a vertex, a corner in void, is none of those at its point any more, and none
+// of them has taken the vertex.
+static bool is_left(const CutLattice *lattice, const CutAround *around, int origin,
+                    const int vertex[8])
 {
-    const CutScratch *scratch = lattice->scratch;
-    const int index = cut_parts_index(scratch, point);
-    const int points = scratch->points[0] * scratch->points[1] * scratch->points[2];
-    const PointParts parts = parts_at(lattice, point, leaf);
-    if (parts.owns == 0) // then the point need not be a node of any of them
-        return true;
-    // Find or create the vertex of each part.
-    int vertex[8] = {-1, -1, -1, -1, -1, -1, -1, -1}, first_new = -1;
-    for (unsigned left = parts.owns; left != 0; left &= left - 1) {
-        const int p = __builtin_ctz(left);
-        int origin = vertex_before(lattice, &parts, p, leaf, point);
-        const int anchor = origin < 0 ? -1 : lattice->anchor[origin];
-        vertex[p] = anchor == p ? origin : find_vertex(lattice, index, p);
-        // The cell in its lowest slot has gone.
-        if (vertex[p] < 0 && anchor >= 0 && leaf[anchor] < 0) {
-            vertex[p] = origin;
-            lattice->anchor[origin] = (signed char)p;
-        }
-        if (vertex[p] >= 0)
+    for (int p = 0; p < 8; p++) {
+        if (!(around->parts.owns >> p & 1))
             continue;
-        if (of == CUT_NO_BIRTHS)
+        if (vertex[p] == origin || anchor_of(around, p) == lattice->anchor[origin])
             return false;
-        if (origin < 0)
-            origin = first_new;
-        const int id = index + points * rank_of(lattice, &parts, p, point);
-        vertex[p] = add_vertex(lattice, id, p, point, origin, of);
-        if (first_new < 0)
-            first_new = vertex[p];
     }
-    // Enter the vertices into the leaves.
+    return true;
+}
+
+// Gives a vertex the anchor of the part that its own has become.
+static void rename_vertex(CutLattice *lattice, int vertex, int anchor, int id)
+{
+    lattice->anchor[vertex] = (signed char)anchor;
+    if (id != lattice->vertex_id[vertex] && anchor >= 8)
+        lattice->vertex_id[vertex] = id;
+}
+
+// Returns the vertex of a part, if it exists; -1: it is new. `origin`: what its leaves had.
+static int existing_vertex(CutLattice *lattice, const CutAround *around, int part, int origin,
+                           const int vertex[8], const int leaf[8], const int point[3])
+{
+    const int anchor = anchor_of(around, part), was = origin < 0 ? -1 : lattice->anchor[origin];
+    if (was == anchor)
+        return origin;
+    const int found = find_vertex(lattice, cut_parts_index(lattice->scratch, point), anchor);
+    if (found >= 0 || was < 0)
+        return found;
+    // The cell in its lowest slot has gone; or in void the lowest slot of its part is another.
+    const bool gone = was < 8 && leaf[was] < 0;
+    const bool moved = was >= 8 && anchor >= 8 && is_left(lattice, around, origin, vertex);
+    if (!gone && !moved)
+        return -1;
+    rename_vertex(lattice, origin, anchor, id_of(lattice, around, part, point));
+    return origin;
+}
+
+// Ends the vertices at a point that no part has.
+static void end_vertices(CutLattice *lattice, int index, const int vertex[8], int of)
+{
+    CutScratch *scratch = lattice->scratch;
+    for (int v = scratch->head[index], next; v >= 0; v = next) {
+        next = scratch->next[v];
+        bool has = lattice->anchor[v] < 0 || cut_lattice_is_carried(lattice, v);
+        for (int p = 0; p < 8; p++)
+            has |= vertex[p] == v;
+        if (has)
+            continue;
+        if (!scratch->is_ended[v])
+            lattice->changes.ended[lattice->changes.ended_count++] = (CutEnd){v, of};
+        scratch->is_ended[v] = true;
+        if (cut_lattice_is_kept(lattice, v)) {
+            lattice->carried[v] = true;
+            continue;
+        }
+        leave_list(lattice, v);
+        lattice->vertex_id[v] = -1;
+        lattice->anchor[v] = -1;
+    }
+}
+
+static bool is_node(const CutLattice *lattice, int leaf, const int point[3])
+{
+    const CutElement *element = &lattice->element[leaf];
+    int odd = 0, middles = 0; // quarters of an edge; coordinates in the middle
+    for (int d = 0; d < 3; d++) {
+        const int twice = 2 * (point[d] - element->cell[d]);
+        odd |= twice & ((1 << element->level) - 1);
+        middles += twice == 1 << element->level;
+    }
+    return odd == 0 && middles < 3;
+}
+
+// Enters the vertices of the parts into the leaves.
+static void enter_vertices(CutLattice *lattice, const PointParts *parts, const int vertex[8],
+                           const int leaf[8], const int point[3])
+{
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
-        int *entry = entry_in(lattice, leaf[s], s, point);
-        const int now = vertex[parts.part[s]];
+        const int now = vertex[parts->part[s]];
         // A point without a vertex may be at a quarter of a large leaf's edge, where no node is.
-        if (now < 0 || *entry == now)
+        // Only where elements merge may a leaf lose its vertex.
+        if (now < 0 && (!lattice->adapts || !is_node(lattice, leaf[s], point)))
+            continue;
+        int *entry = entry_in(lattice, leaf[s], s, point);
+        if (*entry == now)
             continue;
         *entry = now;
         cut_parts_list_element(lattice, leaf[s]);
     }
+}
+
+bool cut_points_visit(CutLattice *lattice, const int point[3], const int leaf[8], int of)
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int index = cut_parts_index(scratch, point);
+    const CutAround around = parts_at(lattice, point, leaf);
+    if (around.parts.owns == 0 && !lattice->adapts) // then it need not be a node of any of them
+        return true;
+    // Find or create the vertex of each part.
+    int vertex[8] = {-1, -1, -1, -1, -1, -1, -1, -1}, first_new = -1;
+    for (unsigned left = around.parts.owns; left != 0; left &= left - 1) {
+        const int p = __builtin_ctz(left);
+        int origin = vertex_before(lattice, &around.parts, p, leaf, point);
+        vertex[p] = existing_vertex(lattice, &around, p, origin, vertex, leaf, point);
+        if (vertex[p] >= 0) {
+            if (cut_lattice_is_carried(lattice, vertex[p])) {
+                lattice->carried[vertex[p]] = false;
+                if (of != CUT_NO_BIRTHS)
+                    list_birth(lattice, vertex[p], point, -1, of, true);
+            }
+            continue;
+        }
+        if (of == CUT_NO_BIRTHS)
+            return false;
+        if (origin < 0)
+            origin = first_new;
+        vertex[p] = add_vertex(lattice, id_of(lattice, &around, p, point), anchor_of(&around, p),
+                               point, origin, of);
+        if (first_new < 0)
+            first_new = vertex[p];
+    }
+    enter_vertices(lattice, &around.parts, vertex, leaf, point);
+    if (lattice->adapts && of >= 0)
+        end_vertices(lattice, index, vertex, of);
     return true;
 }
 
 int cut_points_wanted(const CutLattice *lattice, const int point[3], const int leaf[8])
 {
-    return __builtin_popcount(parts_at(lattice, point, leaf).owns);
+    return __builtin_popcount(parts_at(lattice, point, leaf).parts.owns);
 }
 
 int cut_points_present(const CutLattice *lattice, const int point[3])
@@ -252,5 +541,15 @@ int cut_points_present(const CutLattice *lattice, const int point[3])
     int count = 0;
     for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v])
         count += lattice->anchor[v] >= 0;
+    return count;
+}
+
+int cut_points_missing(const CutLattice *lattice, const int point[3], const int leaf[8])
+{
+    const CutAround around = parts_at(lattice, point, leaf);
+    const int index = cut_parts_index(lattice->scratch, point);
+    int count = 0;
+    for (unsigned left = around.parts.owns; left != 0; left &= left - 1)
+        count += find_vertex(lattice, index, anchor_of(&around, __builtin_ctz(left))) < 0;
     return count;
 }

@@ -19,7 +19,50 @@ static bool goes_before(const CutLattice *lattice, int a, int b)
 
 static void want(CutLattice *lattice, int element)
 {
+    unsigned char *is_wanted = lattice->scratch->is_wanted;
+    if (lattice->adapts && is_wanted[element])
+        return;
+    if (lattice->adapts)
+        is_wanted[element] = 1;
     lattice->wanted[lattice->wanted_count++] = element;
+}
+
+// Returns the block of an element's level at step n of 27 around it; -1: void.
+static int beside(const CutLattice *lattice, int element, int n)
+{
+    const CutElement *middle = &lattice->element[element];
+    const int level = middle->level;
+    return cut_parts_block(lattice, level, (middle->cell[0] >> level) - 1 + n % 3,
+                           (middle->cell[1] >> level) - 1 + n / 3 % 3,
+                           (middle->cell[2] >> level) - 1 + n / 9);
+}
+
+// A leaf that is partly filled holds its corners in void together. Around a broken face that would
+// join what the face parts: so there, leaves are finest or whole.
+static bool joins_bitten(const CutLattice *lattice, int element)
+{
+    for (int n = 0; n < 27 && !lattice->element[element].whole; n++) {
+        const int around = beside(lattice, element, n);
+        if (around >= 0 && lattice->scratch->bitten[around])
+            return true;
+    }
+    return false;
+}
+
+bool cut_split_must(const CutLattice *lattice, int element)
+{
+    return lattice->scratch->bitten[element] ||
+           (lattice->adapts &&
+            (!lattice->element[element].mergeable || joins_bitten(lattice, element)));
+}
+
+static void want_around(CutLattice *lattice, int element)
+{
+    for (int n = 0; n < 27; n++) {
+        const int around = beside(lattice, element, n);
+        if (around >= 0 && !lattice->element[around].whole && cut_lattice_is_leaf(lattice, around))
+            want(lattice, around);
+    }
 }
 
 void cut_split_bite(CutLattice *lattice, int cell)
@@ -27,9 +70,44 @@ void cut_split_bite(CutLattice *lattice, int cell)
     unsigned char *bitten = lattice->scratch->bitten;
     for (int e = cell; e >= 0 && !bitten[e]; e = lattice->element[e].parent) {
         bitten[e] = 1;
-        if (!cut_parts_is_cell(lattice, e) && cut_lattice_is_leaf(lattice, e))
+        if (cut_parts_is_cell(lattice, e))
+            continue;
+        if (cut_lattice_is_leaf(lattice, e))
             want(lattice, e);
+        if (lattice->adapts)
+            want_around(lattice, e);
     }
+}
+
+void cut_split_find_others(CutLattice *lattice)
+{
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        if (cut_lattice_is_leaf(lattice, e) &&
+            (lattice->asked[e] || !lattice->element[e].mergeable))
+            want(lattice, e);
+}
+
+void cut_lattice_want(CutLattice *lattice, int element)
+{
+    ASSERT(!cut_parts_is_cell(lattice, element) && cut_lattice_is_leaf(lattice, element));
+    const int sorted = lattice->wanted_count;
+    lattice->asked[element] = 1;
+    want(lattice, element);
+    cut_split_sort(lattice, sorted);
+}
+
+void cut_lattice_withdraw(CutLattice *lattice)
+{
+    int kept = 0;
+    for (int w = 0; w < lattice->wanted_count; w++) {
+        const int element = lattice->wanted[w];
+        const bool must = !lattice->asked[element] || cut_split_must(lattice, element);
+        lattice->asked[element] = 0;
+        lattice->scratch->is_wanted[element] = must;
+        if (must)
+            lattice->wanted[kept++] = element;
+    }
+    lattice->wanted_count = kept;
 }
 
 static void sift(const CutLattice *lattice, int *heap, int count, int at)
@@ -72,7 +150,7 @@ void cut_split_sort(CutLattice *lattice, int sorted)
 bool cut_lattice_has_room(const CutLattice *lattice, int faces)
 {
     // A face that opens separates connected parts at each of its corners, at most once.
-    return (long)*lattice->vertex_count + 4L * faces <= lattice->vertex_capacity;
+    return 4L * faces <= cut_parts_room(lattice);
 }
 
 // Returns the corners of a cell's face towards +axis.
@@ -127,28 +205,31 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
 // ---------------------------------------------------------------------------------------------
 // Divisions
 
-// The leaves in and around an element that is being divided, as blocks of its children's level,
-// with its own in the middle. None is smaller.
-typedef struct Blocks {
-    int leaf[4][4][4]; // [z][y][x]
-} Blocks;
-
-static void find_blocks(const CutLattice *lattice, int element, Blocks *out)
+void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *out)
 {
     const CutElement *middle = &lattice->element[element];
     const int step = 1 << (middle->level - 1), *at = middle->cell;
-    // A void cell, and so the margin of the grid, is never nearer than a block of that size.
-    for (int z = 0; z < 4; z++)
-        for (int y = 0; y < 4; y++) {
-            const int *row = &lattice->scratch->grid[cut_parts_grid(
-                lattice, at[0], at[1] + (y - 1) * step, at[2] + (z - 1) * step)];
-            for (int x = 0; x < 4; x++)
-                out->leaf[z][y][x] = row[(x - 1) * step];
+    // A leaf fills its blocks of the grid, and void is never a part of one. Beyond the lattice and
+    // the margin of its grid is nothing.
+    bool inside[3][4];
+    for (int d = 0; d < 3; d++)
+        for (int k = 0; k < 4; k++) {
+            const int low = at[d] + (k - 1) * step;
+            inside[d][k] = low >= 0 && low < lattice->count[d];
         }
+    for (int z = 0; z < 4; z++)
+        for (int y = 0; y < 4; y++)
+            for (int x = 0; x < 4; x++)
+                out->leaf[z][y][x] =
+                    inside[0][x] && inside[1][y] && inside[2][z]
+                        ? lattice->scratch
+                              ->grid[cut_parts_grid(lattice, at[0] + (x - 1) * step,
+                                                    at[1] + (y - 1) * step, at[2] + (z - 1) * step)]
+                        : -1;
 }
 
 // Returns the point at an offset in half edges of an element, and the leaves around it.
-static void take_point(const CutLattice *lattice, int element, const Blocks *blocks,
+static void take_point(const CutLattice *lattice, int element, const CutBlocks *blocks,
                        const int offset[3], int point[3], int leaf[8])
 {
     const CutElement *middle = &lattice->element[element];
@@ -165,23 +246,25 @@ static void offset_of(int node, int offset[3])
         offset[d] = node < NODE_COUNT ? NODE_OFFSET[node][d] : 1;
 }
 
-enum { POINTS = NODE_COUNT + 1, MOST_BIRTHS = 8 * POINTS };
+enum { MOST_BIRTHS = 8 * CUT_POINTS };
 
 static bool fits(CutLattice *lattice, int element)
 {
-    const int room = lattice->vertex_capacity - cut_lattice_used(lattice);
+    const int room = cut_parts_room(lattice);
     if (room >= MOST_BIRTHS)
         return true;
     int births = 0, offset[3], point[3], leaf[8];
-    Blocks blocks;
-    find_blocks(lattice, element, &blocks);
+    CutBlocks blocks;
+    cut_split_find_blocks(lattice, element, &blocks);
     for (int c = 0; c < 8; c++) // as if divided already
         blocks.leaf[1 + (c >> 2)][1 + (c >> 1 & 1)][1 + (c & 1)] =
-            lattice->element[element].child + c;
-    for (int n = 0; n < POINTS; n++) {
+            cut_lattice_child(lattice, element, c);
+    for (int n = 0; n < CUT_POINTS; n++) {
         offset_of(n, offset);
         take_point(lattice, element, &blocks, offset, point, leaf);
-        births += cut_points_wanted(lattice, point, leaf) - cut_points_present(lattice, point);
+        births += lattice->adapts ? cut_points_missing(lattice, point, leaf)
+                                  : cut_points_wanted(lattice, point, leaf) -
+                                        cut_points_present(lattice, point);
     }
     return births <= room;
 }
@@ -189,11 +272,15 @@ static bool fits(CutLattice *lattice, int element)
 // Gives the children the existing corners: nodes of their parent.
 static void hand_down(CutLattice *lattice, int element)
 {
-    const CutScratch *scratch = lattice->scratch;
+    CutScratch *scratch = lattice->scratch;
     int *old = cut_parts_nodes(lattice, element);
+    memcpy(scratch->old, old, sizeof scratch->old);
     for (int c = 0; c < 8; c++) {
         // A corner of a child is a node of its parent, or its centre, which is none.
-        int *nodes = cut_parts_nodes(lattice, lattice->element[element].child + c);
+        const int child = cut_lattice_child(lattice, element, c);
+        if (child < 0)
+            continue;
+        int *nodes = cut_parts_nodes(lattice, child);
         for (int k = 0; k < NODE_CORNERS; k++) {
             const int node =
                 scratch->node_at[(c & 1) + (k & 1) + 3 * ((c >> 1 & 1) + (k >> 1 & 1)) +
@@ -221,35 +308,64 @@ static void list_faces(CutLattice *lattice, int cell)
     }
 }
 
-static void divide(CutLattice *lattice, int element)
+void cut_split_visit(CutLattice *lattice, int element)
 {
-    const int level = lattice->element[element].level, child = lattice->element[element].child;
-    // The bit and the counts.
-    lattice->divided[element] = 1;
-    lattice->leaf_count += 7;
-    lattice->leaf_at_level[level]--;
-    lattice->leaf_at_level[level - 1] += 8;
-    // Children start with the nodes that they share with their parent.
-    hand_down(lattice, element);
-    cut_parts_list_element(lattice, element);
-    // Children with a broken bit inside must be divided in turn.
-    for (int c = child; c < child + 8; c++) {
-        cut_parts_list_element(lattice, c);
-        cut_parts_enter_leaf(lattice, c);
-        if (level == 1)
-            list_faces(lattice, c);
-        else if (lattice->scratch->bitten[c])
-            want(lattice, c);
-    }
-    // Every point of the element may have new vertices now.
     int offset[3], point[3], leaf[8];
-    Blocks blocks;
-    find_blocks(lattice, element, &blocks);
-    for (int n = 0; n < POINTS; n++) {
+    CutBlocks blocks;
+    cut_split_find_blocks(lattice, element, &blocks);
+    for (int n = 0; n < CUT_POINTS; n++) {
         offset_of(n, offset);
         take_point(lattice, element, &blocks, offset, point, leaf);
         cut_points_visit(lattice, point, leaf, element);
     }
+}
+
+// Enters the children of an element into the grid, void ones too.
+static void enter_children(CutLattice *lattice, int element)
+{
+    const CutElement *parent = &lattice->element[element];
+    const int level = parent->level - 1;
+    for (int c = 0; c < 8; c++) {
+        const int cell[3] = {parent->cell[0] + ((c & 1) << level),
+                             parent->cell[1] + ((c >> 1 & 1) << level),
+                             parent->cell[2] + ((c >> 2) << level)};
+        cut_parts_enter(lattice, cell, level, cut_lattice_child(lattice, element, c));
+    }
+}
+
+static void divide(CutLattice *lattice, int element)
+{
+    const int level = lattice->element[element].level, child = lattice->element[element].child;
+    const int children = __builtin_popcount(lattice->element[element].children);
+    // The bit and the counts.
+    lattice->divided[element] = 1;
+    lattice->leaf_count += children - 1;
+    lattice->leaf_at_level[level]--;
+    lattice->leaf_at_level[level - 1] += children;
+    if (lattice->adapts)
+        lattice->asked[element] = 0;
+    // Children start with the nodes that they share with their parent.
+    hand_down(lattice, element);
+    cut_parts_list_element(lattice, element);
+    enter_children(lattice, element);
+    // Children with a broken bit inside must be divided in turn.
+    for (int c = child; c < child + children; c++) {
+        cut_parts_list_element(lattice, c);
+        if (level == 1)
+            list_faces(lattice, c);
+        else if (cut_split_must(lattice, c))
+            want(lattice, c);
+    }
+    // Every point of the element may have new vertices now.
+    cut_split_visit(lattice, element);
+}
+
+// Returns the block of the next level that holds a block, which may be void.
+static int larger_block(const CutLattice *lattice, int level, int i, int j, int k)
+{
+    return i < 0 || j < 0 || k < 0 || level == lattice->levels
+               ? -1
+               : cut_parts_block(lattice, level + 1, i >> 1, j >> 1, k >> 1);
 }
 
 // Divides an element, and first the larger ones around it. Returns how many; if one of them exceeds
@@ -262,9 +378,9 @@ static int divide_in_order(CutLattice *lattice, int element)
     const int k = middle->cell[2] >> level;
     int divided = 0;
     for (int n = 0; n < 27; n++) {
-        const int around =
-            cut_parts_block(lattice, level, i - 1 + n % 3, j - 1 + n / 3 % 3, k - 1 + n / 9);
-        const int larger = around < 0 ? -1 : lattice->element[around].parent;
+        // In void no block of its own level needs to exist there.
+        const int larger =
+            larger_block(lattice, level, i - 1 + n % 3, j - 1 + n / 3 % 3, k - 1 + n / 9);
         if (larger < 0 || lattice->divided[larger])
             continue;
         divided += divide_in_order(lattice, larger);
@@ -288,6 +404,8 @@ static void keep_wanted(CutLattice *lattice, int before)
             sorted = kept;
         if (!lattice->divided[lattice->wanted[w]])
             lattice->wanted[kept++] = lattice->wanted[w];
+        else if (lattice->adapts)
+            lattice->scratch->is_wanted[lattice->wanted[w]] = 0;
     }
     lattice->wanted_count = kept;
     if (appended)
@@ -318,7 +436,7 @@ int cut_lattice_reconstruct(CutLattice *lattice)
 bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells)
 {
     // What a cell leaves of a part at each of its corners are three parts at most.
-    return (long)*lattice->vertex_count + 16L * cells <= lattice->vertex_capacity;
+    return 16L * cells <= cut_parts_room(lattice);
 }
 
 // Divides the leaves that cover a cell, from the largest to the finest. True if it is a leaf now.
@@ -371,7 +489,7 @@ static void leave_point(CutLattice *lattice, const int point[3])
     cut_lattice_around(lattice, point, leaf);
     cut_points_visit(lattice, point, leaf, -1);
     for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
-        if (lattice->anchor[v] >= 0 && leaf[lattice->anchor[v]] < 0)
+        if (lattice->anchor[v] >= 0 && lattice->anchor[v] < 8 && leaf[lattice->anchor[v]] < 0)
             lattice->anchor[v] = -1;
 }
 

@@ -17,6 +17,7 @@ typedef struct CutSample {
     StateList state;
     CutLattice cut;
     bool removable;
+    int levels, surface_level;
 } CutSample;
 
 static inline long cut_sample_cells(const CutSample *sample)
@@ -27,8 +28,11 @@ static inline long cut_sample_cells(const CutSample *sample)
 // True if the lattice could be created for the layout.
 static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, Status *status)
 {
-    const VoxelOptions options = {.body = {.name = "body", .removable = sample->removable},
-                                  .split_budget = budget};
+    const VoxelOptions options = {
+        .body = {.name = "body", .levels = sample->levels, .removable = sample->removable},
+        .lattice = &sample->lattice,
+        .surface_level = sample->surface_level,
+        .split_budget = budget};
     VoxelMaking making = {.options = &options, .layout = sample->layout, .capacity = capacity};
     const bool good =
         lattice_mesh_create(&making.mesh, &making.layout, status) &&
@@ -37,16 +41,26 @@ static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, S
     return good;
 }
 
-static inline void cut_sample_make(CutSample *sample, Lattice lattice, int levels, int capacity,
-                                   int budget, bool removable)
+// surface_level 0: it does not adapt.
+static inline void cut_sample_adapting(CutSample *sample, Lattice lattice, int levels,
+                                       int surface_level, int capacity, int budget, bool removable)
 {
     Status status = {0};
-    *sample = (CutSample){.lattice = lattice, .removable = removable};
+    *sample = (CutSample){.lattice = lattice,
+                          .removable = removable,
+                          .levels = levels,
+                          .surface_level = surface_level};
     layout_create(&sample->layout, &sample->lattice, levels);
     // Every cell a vertex of its own at each corner: more cannot be.
     if (capacity == 0)
         capacity = 8 * (int)lattice_solid(&sample->lattice);
     assert_true(cut_sample_try(sample, capacity, budget, &status));
+}
+
+static inline void cut_sample_make(CutSample *sample, Lattice lattice, int levels, int capacity,
+                                   int budget, bool removable)
+{
+    cut_sample_adapting(sample, lattice, levels, 0, capacity, budget, removable);
 }
 
 static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,

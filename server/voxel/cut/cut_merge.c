@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: MIT
+// Elements of a body that adapts: which may be leaves, and how they merge again.
+#include "voxel/cut/cut_parts.h"
+
+#include "base/check.h"
+#include "voxel/point_parts.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------
+// Load time: elements that may be leaves
+
+// What is known of a lattice point of the uncut body: bits.
+enum { POINT_IN_PARTS = 1, POINT_HELD = 2, POINT_INNER = 4 };
+
+typedef struct Allowing {
+    CutLattice *lattice;
+    const VoxelMaking *making;
+    unsigned char *point;     // [point]
+    unsigned char parts[256]; // number of parts by the set of solid slots
+} Allowing;
+
+static void count_parts(unsigned char parts[256])
+{
+    for (unsigned solid = 0; solid < 256; solid++) {
+        int slot[8];
+        for (int s = 0; s < 8; s++)
+            slot[s] = solid >> s & 1 ? s : -1;
+        parts[solid] = (unsigned char)__builtin_popcount(point_parts(slot, solid, 0).owns);
+    }
+}
+
+static void find_parts(Allowing *allowing)
+{
+    const CutScratch *scratch = allowing->lattice->scratch;
+    int p[3];
+    for (p[2] = 0; p[2] < scratch->points[2]; p[2]++)
+        for (p[1] = 0; p[1] < scratch->points[1]; p[1]++)
+            for (p[0] = 0; p[0] < scratch->points[0]; p[0]++) {
+                unsigned solid = 0;
+                for (int s = 0; s < 8; s++)
+                    solid |= (unsigned)(cut_parts_block(allowing->lattice, 0, p[0] - 1 + (s & 1),
+                                                        p[1] - 1 + (s >> 1 & 1),
+                                                        p[2] - 1 + (s >> 2)) >= 0)
+                             << s;
+                unsigned char *point = &allowing->point[cut_parts_index(scratch, p)];
+                *point |= allowing->parts[solid] > 1 ? POINT_IN_PARTS : 0;
+                *point |= solid == 0xff ? POINT_INNER : 0;
+            }
+}
+
+static void hold_nodes(Allowing *allowing, const FixedRegion *region)
+{
+    const int *n = allowing->lattice->scratch->id_points, points = n[0] * n[1] * n[2];
+    for (int k = 0; k < region->node_count; k++) {
+        const int index = region->node[k] % points;
+        const int p[3] = {index % n[0], index / n[0] % n[1], index / (n[0] * n[1])};
+        allowing->point[cut_parts_index(allowing->lattice->scratch, p)] |= POINT_HELD;
+    }
+}
+
+static void find_held(Allowing *allowing, const FixedRegion *region)
+{
+    const CutScratch *scratch = allowing->lattice->scratch;
+    int p[3];
+    for (p[2] = 0; p[2] < scratch->points[2]; p[2]++)
+        for (p[1] = 0; p[1] < scratch->points[1]; p[1]++)
+            for (p[0] = 0; p[0] < scratch->points[0]; p[0]++)
+                if (fixed_contains(region, lattice_point(allowing->making->options->lattice, p[0],
+                                                         p[1], p[2])))
+                    allowing->point[cut_parts_index(scratch, p)] |= POINT_HELD;
+}
+
+// Returns the bits that any and that all points of a closed block have.
+static void gather_points(const Allowing *allowing, const CutElement *element, unsigned *any,
+                          unsigned *all)
+{
+    const CutScratch *scratch = allowing->lattice->scratch;
+    const int edge = 1 << element->level, *at = element->cell;
+    *any = 0, *all = 0xff;
+    for (int z = at[2]; z <= at[2] + edge; z++)
+        for (int y = at[1]; y <= at[1] + edge; y++) {
+            const unsigned char *row =
+                &allowing->point[cut_parts_index(scratch, (const int[3]){at[0], y, z})];
+            for (int x = 0; x <= edge; x++)
+                *any |= row[x], *all &= row[x];
+        }
+}
+
+// True if the children hold together through faces inside the element, and may be leaves.
+static bool hangs_together(const CutLattice *lattice, int element)
+{
+    int child[8];
+    unsigned seen = 0, all = lattice->element[element].children;
+    for (int c = 0; c < 8; c++) {
+        child[c] = cut_lattice_child(lattice, element, c);
+        if (child[c] >= 0 && !cut_parts_is_cell(lattice, child[c]) &&
+            !lattice->element[child[c]].mergeable)
+            return false;
+    }
+    seen = all & (0U - all); // from the lowest on, as far as faces lead
+    for (int round = 0; round < 8; round++)
+        for (int c = 0; c < 8; c++)
+            for (int d = 0; d < 3 && (seen >> c & 1); d++)
+                if (lattice->element[child[c]].meets >> (2 * d + (~c >> d & 1)) & 1)
+                    seen |= 1u << (c ^ 1 << d);
+    return seen == all;
+}
+
+static bool is_fine(const Allowing *allowing, const CutElement *element)
+{
+    const VoxelOptions *options = allowing->making->options;
+    const double edge = 1 << element->level;
+    for (int f = 0; f < options->fine_count; f++) {
+        const FineRegion *fine = &options->fine[f];
+        const Lattice *lattice = options->lattice;
+        const Vec3 x =
+            vec3_scale(1.0 / lattice->size, quat_rotate(quat_conjugate(lattice->turn),
+                                                        vec3_sub(fine->centre, lattice->origin)));
+        const double middle[3] = {x.x, x.y, x.z};
+        double square = 0.0; // of the distance from the block, in cells
+        for (int d = 0; d < 3; d++) {
+            const double below = element->cell[d] - middle[d];
+            const double out = below > 0.0 ? below : -below > edge ? -below - edge : 0.0;
+            square += out * out;
+        }
+        if (square * lattice->size * lattice->size <= fine->radius * fine->radius)
+            return true;
+    }
+    return false;
+}
+
+static bool may_be_leaf(const Allowing *allowing, int number)
+{
+    const CutElement *element = &allowing->lattice->element[number];
+    const VoxelOptions *options = allowing->making->options;
+    unsigned any, all;
+    if (element->material == 0 || !hangs_together(allowing->lattice, number))
+        return false;
+    gather_points(allowing, element, &any, &all);
+    const int coarsest = all & POINT_INNER ? options->body.levels : options->surface_level;
+    return element->level <= coarsest && !(any & POINT_IN_PARTS) &&
+           ((any ^ all) & POINT_HELD) == 0 && !is_fine(allowing, element);
+}
+
+void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making)
+{
+    const BodyOptions *body = &making->options->body;
+    const int *n = lattice->scratch->points;
+    Allowing allowing = {.lattice = lattice, .making = making};
+    allowing.point = calloc((size_t)n[0] * (size_t)n[1] * (size_t)n[2], 1);
+    ASSERT(allowing.point != NULL);
+    count_parts(allowing.parts);
+    find_parts(&allowing);
+    for (int r = 0; r < body->fixed_count; r++)
+        if (body->fixed[r].kind == FIXED_NODES)
+            hold_nodes(&allowing, &body->fixed[r]);
+        else
+            find_held(&allowing, &body->fixed[r]);
+    // Children come before their parents.
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        lattice->element[e].mergeable = may_be_leaf(&allowing, e);
+    free(allowing.point);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Merging. Step thread
+
+// True if a block of the size of an element's children, beside it, is divided.
+static bool is_finer_around(const CutLattice *lattice, int element)
+{
+    const CutElement *middle = &lattice->element[element];
+    const int level = middle->level - 1;
+    for (int n = 0; n < 64 && level > 0; n++) { // of cells a bit says that they are gone
+        const int x = n & 3, y = n >> 2 & 3, z = n >> 4;
+        const bool own = (x == 1 || x == 2) && (y == 1 || y == 2) && (z == 1 || z == 2);
+        const int around = own ? -1
+                               : cut_parts_block(lattice, level, (middle->cell[0] >> level) - 1 + x,
+                                                 (middle->cell[1] >> level) - 1 + y,
+                                                 (middle->cell[2] >> level) - 1 + z);
+        if (around >= 0 && lattice->divided[around])
+            return true;
+    }
+    return false;
+}
+
+bool cut_lattice_can_merge(const CutLattice *lattice, int element)
+{
+    const CutScratch *scratch = lattice->scratch;
+    const CutElement *parent = &lattice->element[element];
+    if (!lattice->adapts || parent->level == 0 || !parent->mergeable || !lattice->divided[element])
+        return false;
+    for (int c = parent->child; c < parent->child + __builtin_popcount(parent->children); c++)
+        if (lattice->divided[c] || scratch->is_wanted[c] || scratch->listed_element[c] & 2)
+            return false;
+    // It has at most one vertex more at each of its corners.
+    return !cut_split_must(lattice, element) && !is_finer_around(lattice, element) &&
+           cut_parts_room(lattice) >= NODE_CORNERS;
+}
+
+// Gives an element the vertices that its children had at its nodes, of those with a solid cell.
+static void hand_up(CutLattice *lattice, int element)
+{
+    const CutScratch *scratch = lattice->scratch;
+    int *nodes = cut_parts_nodes(lattice, element);
+    for (int n = 0; n < NODE_COUNT; n++)
+        nodes[n] = -1;
+    for (int c = 0; c < 8; c++) {
+        const int child = cut_lattice_child(lattice, element, c);
+        if (child < 0)
+            continue;
+        int *old = cut_parts_nodes(lattice, child);
+        for (int k = 0; k < NODE_CORNERS; k++) {
+            const int node =
+                scratch->node_at[(c & 1) + (k & 1) + 3 * ((c >> 1 & 1) + (k >> 1 & 1)) +
+                                 9 * ((c >> 2) + (k >> 2))];
+            if (node >= 0 && (nodes[node] < 0 || cut_lattice_is_in_void(lattice, nodes[node])))
+                nodes[node] = old[k];
+        }
+        const int count = cut_parts_is_cell(lattice, child) ? NODE_CORNERS : NODE_COUNT;
+        for (int k = 0; k < count; k++)
+            old[k] = -1;
+    }
+}
+
+void cut_lattice_merge(CutLattice *lattice, int element)
+{
+    const CutElement *parent = &lattice->element[element];
+    const int children = __builtin_popcount(parent->children);
+    ASSERT(cut_lattice_can_merge(lattice, element));
+    // The bit and the counts.
+    lattice->divided[element] = 0;
+    lattice->leaf_count -= children - 1;
+    lattice->leaf_at_level[parent->level]++;
+    lattice->leaf_at_level[parent->level - 1] -= children;
+    // Its vertices start with those that its children share with it.
+    hand_up(lattice, element);
+    cut_parts_enter_leaf(lattice, element);
+    cut_parts_list_element(lattice, element);
+    for (int c = parent->child; c < parent->child + children; c++)
+        cut_parts_list_element(lattice, c);
+    lattice->changes.merged[lattice->changes.merged_count++] = element;
+    lattice->scratch->listed_element[element] |= 2;
+    // Vertices between the children end, and corners in void come.
+    cut_split_visit(lattice, element);
+}
+
+// Divides all that must be.
+static void divide_all(CutLattice *lattice)
+{
+    const int budget = lattice->split_budget;
+    lattice->split_budget = INT_MAX;
+    while (lattice->wanted_count > 0 && cut_lattice_reconstruct(lattice) > 0)
+        cut_lattice_forget_changes(lattice);
+    lattice->split_budget = budget;
+}
+
+void cut_lattice_coarsen(CutLattice *lattice)
+{
+    divide_all(lattice);
+    cut_lattice_forget_changes(lattice);
+    // What a level needs around it is known once the level below is as coarse as it can be.
+    for (int level = 1; level <= lattice->levels; level++)
+        for (int e = lattice->level_first[level]; e < lattice->level_first[level + 1]; e++)
+            if (cut_lattice_can_merge(lattice, e)) {
+                cut_lattice_merge(lattice, e);
+                cut_lattice_forget_changes(lattice);
+            }
+}
