@@ -35,7 +35,7 @@ static int compare_keys(const void *a, const void *b)
 static bool same_class(const ElementClass *a, const ElementClass *b)
 {
     return a->size == b->size && a->mu == b->mu && a->lambda == b->lambda &&
-           a->residual == b->residual && a->damping == b->damping;
+           a->residual == b->residual && a->damping == b->damping && a->share == b->share;
 }
 
 // Collects the classes in use, each once; returns the new index of each of the options' classes

@@ -47,7 +47,8 @@ ElementBounds stiffness_of_element(VoxelLaw law, const SolidMaterial *material, 
                           .mu = mu,
                           .lambda = lambda,
                           .residual = alpha * mu * edge,
-                          .damping = mu * edge};
+                          .damping = mu * edge,
+                          .share = 1.0};
     // Bounds of a plain cube.
     const double mass = material->density * edge * edge * edge;
     double most = 8.0 * mu + 12.0 * lambda, rate = 8.0 * out->damping / mass;

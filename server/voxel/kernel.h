@@ -23,13 +23,16 @@ enum { LANES = 16 }; // elements per batch
 
 // Real is float or double below, depending on the kernel's precision.
 
-// Parameters that all elements of a batch share, for their rest shape scaled to H.
+// Parameters that all elements of a batch share, for their rest shape scaled to H. Those of a
+// partly filled element are averages over its whole cube: they have the share as a factor, which
+// the area vectors of its table are divided by.
 typedef struct ElementClass {
     double size;     // H [m]
     double mu;       // [Pa]
     double lambda;   // [Pa]
     double residual; // alpha k, k = mu H [N/m]; for the paper's law k, and mu and lambda are unused
     double damping;  // beta k [N s/m]; 0: none
+    double share;    // of the cube that is solid: its stress is larger by 1 / share
 } ElementClass;
 
 // Cubes with 8 corners and no other vertex. Batches of one class are consecutive; unused lanes of a
@@ -53,7 +56,7 @@ typedef struct HangingBatches {
 // [count][TABLE_ROW], each for every lane or once for all.
 enum {
     TABLE_HEAD = 8, // sum w, 1 / sum w; Miyazaki's law: A at rest minus 1, as xx yy zz yz zx xy
-    TABLE_ROW = 10, // a x y z; w; X x y z; w M^-1 X x y z
+    TABLE_ROW = 10, // a / share x y z; w; X x y z; w M^-1 X x y z
 };
 typedef struct RestTable {
     int count;  // vertices

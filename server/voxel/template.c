@@ -5,6 +5,8 @@
 
 #include "voxel/batch.h"
 
+#include <math.h>
+
 // ---------------------------------------------------------------------------------------------
 // Templates. Load time
 
@@ -69,37 +71,65 @@ static Vec3 full_area(int node)
     return vec3(area[0], area[1], area[2]);
 }
 
-// Distributes the area vector of an absent node: it moves as the mean of the nodes around it, one
-// step coarser, and gives them equal parts.
-static void hand_on(Vec3 area[NODE_COUNT], int node)
+// The middle of the cube, beside the nodes: it is never a vertex.
+enum { MIDDLE = NODE_COUNT };
+
+// Lists the nodes in whose mean a node without a vertex moves, and returns their number: the nodes
+// around it, one step coarser; for the middle of the cube its corners.
+static int heirs_of(int node, int heir[8])
 {
-    const signed char *o = NODE_OFFSET[node];
-    int heir[4], count = 0;
-    for (int d = 0; d < 3; d++)
+    int count = 0;
+    for (; node == MIDDLE && count < NODE_CORNERS; count++)
+        heir[count] = count;
+    for (int d = 0; node != MIDDLE && d < 3; d++) {
+        const signed char *o = NODE_OFFSET[node];
         for (int end = 0; end <= 2 && o[d] == 1; end += 2) {
             int at[3] = {o[0], o[1], o[2]};
             at[d] = end;
             heir[count++] = node_at_offset(at[0], at[1], at[2]);
         }
-    for (int i = 0; i < count; i++)
+    }
+    return count;
+}
+
+// Distributes the area vector of an absent node, and its weight if there are weights: what it moves
+// with gets equal parts.
+static void hand_on(Vec3 *area, double *weight, int node)
+{
+    int heir[8];
+    const int count = heirs_of(node, heir);
+    for (int i = 0; i < count; i++) {
         area[heir[i]] = vec3_madd(area[heir[i]], 1.0 / count, area[node]);
-    area[node] = vec3(0.0, 0.0, 0.0);
+        if (weight != NULL)
+            weight[heir[i]] += weight[node] / count;
+    }
+}
+
+static bool is_present(unsigned mask, int node)
+{
+    return node < NODE_CORNERS || (mask >> (node - NODE_CORNERS) & 1);
+}
+
+// Hands on what absent nodes have. Faces first: they may distribute to mid-edges that are absent
+// too.
+static void hand_on_absent(Vec3 *area, double *weight, unsigned mask)
+{
+    for (int node = NODE_COUNT - 1; node >= NODE_CORNERS; node--)
+        if (!is_present(mask, node))
+            hand_on(area, weight, node);
 }
 
 void template_create(Template *out, unsigned mask)
 {
-    *out = (Template){.mask = mask};
+    *out = (Template){.mask = mask, .share = 1.0, .softer = 1.0};
     Vec3 area[NODE_COUNT];
     for (int node = 0; node < NODE_COUNT; node++)
         area[node] = full_area(node);
-    // Faces first: they may distribute to mid-edges that are absent too.
-    for (int node = NODE_COUNT - 1; node >= NODE_CORNERS; node--)
-        if (!(mask >> (node - NODE_CORNERS) & 1))
-            hand_on(area, node);
+    hand_on_absent(area, NULL, mask);
 
     double spread[3] = {0.0, 0.0, 0.0};
     for (int node = 0; node < NODE_COUNT; node++) {
-        if (node >= NODE_CORNERS && !(mask >> (node - NODE_CORNERS) & 1))
+        if (!is_present(mask, node))
             continue;
         int i = out->count++;
         Vec3 rest = rest_of(node);
@@ -116,6 +146,144 @@ void template_create(Template *out, unsigned mask)
     }
     for (int d = 0; d < 3; d++)
         out->spread[d] = spread[d];
+}
+
+// ---------------------------------------------------------------------------------------------
+// Partly filled elements. A point of the cube moves by the trilinear function of the 8 corners of
+// its octant, these by the nodes. So a solid cell of volume v gives the corner c of its octant,
+// with the function N_c of the cell's middle, as the means over a cell's corners and faces are
+// values and slopes there,
+//   a_c = v grad N_c,    w_c = 8 / cells N_c,
+// and what the corners have that are no vertices is handed on.
+
+enum { PLANES_MOST = 1 << 5 }; // cells along an edge, VOXEL_LEVELS_MAX
+
+// What the solid cells have by node, and how they are spread out.
+typedef struct Fill {
+    Vec3 area[NODE_COUNT + 1];
+    double weight[NODE_COUNT + 1]; // sum 8, once divided by the number of cells
+    int cells;
+    int plane[3][PLANES_MOST]; // solid cells in each plane across an axis
+} Fill;
+
+// Sums the functions of the corners of an octant over its solid cells. Everything but the last
+// division is exact: dyadic numbers of few digits.
+static void sum_octant(Fill *fill, int level, const uint64_t *solid, int octant, double sum[8])
+{
+    const int edge = 1 << level, half = edge / 2;
+    const int low[3] = {(octant & 1) * half, (octant >> 1 & 1) * half, (octant >> 2) * half};
+    const uint64_t row = half < 64 ? ((uint64_t)1 << half) - 1 : ~(uint64_t)0;
+    for (int k = 0; k < 8; k++)
+        sum[k] = 0.0;
+    // Sums of the products of the coordinates in the octant: index 1 of x, 3 of x y and so on.
+    for (int z = 0; z < half; z++)
+        for (int y = 0; y < half; y++) {
+            const int at = ((low[2] + z) * edge + low[1] + y) * edge + low[0];
+            int count = 0, places = 0;
+            for (uint64_t bits = solid[at / 64] >> at % 64 & row; bits != 0; bits &= bits - 1) {
+                const int x = __builtin_ctzll(bits);
+                count++;
+                places += 2 * x + 1;
+                fill->plane[0][low[0] + x]++;
+            }
+            fill->plane[1][low[1] + y] += count;
+            fill->plane[2][low[2] + z] += count;
+            fill->cells += count;
+            const double v = (y + 0.5) / half, w = (z + 0.5) / half;
+            const double first[2] = {count, 0.5 * places / half};
+            for (int k = 0; k < 8; k++)
+                sum[k] += first[k & 1] * ((k & 2) != 0 ? v : 1.0) * ((k & 4) != 0 ? w : 1.0);
+        }
+    // A corner's function is the product of x or 1 - x, y or 1 - y, z or 1 - z.
+    for (int bit = 1; bit < 8; bit *= 2)
+        for (int k = 0; k < 8; k++)
+            if ((k & bit) == 0)
+                sum[k] -= sum[k | bit];
+}
+
+static void sum_cells(Fill *fill, int level, const uint64_t *solid)
+{
+    const double volume = 1.0 / (double)(1 << 3 * level);
+    *fill = (Fill){.cells = 0};
+    for (int octant = 0; octant < 8; octant++) {
+        double sum[8];
+        sum_octant(fill, level, solid, octant, sum);
+        for (int c = 0; c < 8; c++) {
+            int at = node_at_offset((octant & 1) + (c & 1), (octant >> 1 & 1) + (c >> 1 & 1),
+                                    (octant >> 2) + (c >> 2));
+            at = at < 0 ? MIDDLE : at;
+            // The slope of a corner's function along an axis is that of the edge through it.
+            double slope[3];
+            for (int d = 0; d < 3; d++)
+                slope[d] = ((c >> d & 1) != 0 ? 2.0 : -2.0) * (sum[c] + sum[c ^ 1 << d]);
+            fill->area[at] = vec3_madd(fill->area[at], volume, vec3(slope[0], slope[1], slope[2]));
+            fill->weight[at] += 8.0 * sum[c];
+        }
+    }
+    for (int node = 0; node <= MIDDLE; node++)
+        fill->weight[node] /= fill->cells;
+}
+
+// Returns the second moment of the solid cells about their centre along an axis, over their volume.
+static double cell_spread(const Fill *fill, int level, int axis)
+{
+    const double edge = 1.0 / (double)(1 << level);
+    double first = 0.0, second = 0.0;
+    for (int k = 0; k < 1 << level; k++) {
+        const double place = (k + 0.5) * edge;
+        first += place * fill->plane[axis][k];
+        second += place * place * fill->plane[axis][k];
+    }
+    first /= fill->cells;
+    return second / fill->cells - first * first + edge * edge / 12.0;
+}
+
+void template_create_partial(Template *out, unsigned mask, int level, const uint64_t *solid)
+{
+    Fill fill;
+    sum_cells(&fill, level, solid);
+    if (fill.cells == 1 << 3 * level) {
+        template_create(out, mask);
+        return;
+    }
+    *out = (Template){.mask = mask, .share = fill.cells / (double)(1 << 3 * level), .softer = 1.0};
+    hand_on(fill.area, fill.weight, MIDDLE);
+    hand_on_absent(fill.area, fill.weight, mask);
+    // The centre of mass.
+    Vec3 centre = {0.0, 0.0, 0.0};
+    for (int node = 0; node < NODE_COUNT; node++)
+        if (is_present(mask, node))
+            centre = vec3_madd(centre, fill.weight[node] / 8.0, rest_of(node));
+    Sym3 spread = {0};
+    for (int node = 0; node < NODE_COUNT; node++) {
+        if (!is_present(mask, node))
+            continue;
+        const int i = out->count++;
+        out->node[i] = node;
+        out->rest[i] = vec3_sub(rest_of(node), centre);
+        out->area[i] = fill.area[node];
+        out->weight[i] = fill.weight[node];
+        spread = sym3_madd(spread, out->weight[i], sym3_outer(1.0, out->rest[i]));
+    }
+    // Weights at the nodes spread farther than the cells do: so much stiffer would be the residual.
+    const double diagonal[3] = {spread.xx, spread.yy, spread.zz};
+    for (int d = 0; d < 3; d++) {
+        out->spread[d] = diagonal[d];
+        out->softer = fmin(out->softer, 24.0 * cell_spread(&fill, level, d) / diagonal[d]);
+    }
+    double determinant;
+    const Sym3 adjugate = sym3_adjugate(spread, &determinant);
+    out->inverse = sym3_scale(1.0 / determinant, adjugate);
+}
+
+ElementClass template_class(const Template *shape, const ElementClass *whole)
+{
+    return (ElementClass){.size = whole->size,
+                          .mu = shape->share * whole->mu,
+                          .lambda = shape->share * whole->lambda,
+                          .residual = shape->share * shape->softer * whole->residual,
+                          .damping = shape->share * whole->damping,
+                          .share = shape->share * whole->share};
 }
 
 double template_spread(const Template *shape)
@@ -150,10 +318,12 @@ static void affine_numbers(const Template *template, Numbers *out)
     for (int i = 0; i < template->count; i++) {
         const Vec3 rest = template->rest[i];
         const double w = template->weight[i], *m = template->spread;
-        put(out->row[i], template->area[i]);
+        const bool whole = template->share == 1.0;
+        put(out->row[i], vec3_scale(1.0 / template->share, template->area[i]));
         out->row[i][3] = w;
         put(out->row[i] + 4, rest);
-        put(out->row[i] + 7, vec3(w * rest.x / m[0], w * rest.y / m[1], w * rest.z / m[2]));
+        put(out->row[i] + 7, whole ? vec3(w * rest.x / m[0], w * rest.y / m[1], w * rest.z / m[2])
+                                   : vec3_scale(w, sym3_times(template->inverse, rest)));
         out->head[0] += w;
     }
     out->head[1] = 1.0 / out->head[0];

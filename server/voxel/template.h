@@ -8,6 +8,7 @@
 #define PLIANT_VOXEL_TEMPLATE_H
 
 #include "base/memory.h"
+#include "base/sym3.h"
 #include "base/vec.h"
 #include "voxel/kernel.h"
 
@@ -19,18 +20,33 @@ extern const signed char NODE_OFFSET[NODE_COUNT][3];
 // Returns the node at an offset, -1 for the centre (1, 1, 1).
 int node_at_offset(int x, int y, int z);
 
-// For an element of edge 1; with edge H, rest scales by H, area by H^2.
+// For an element of edge 1; with edge H, rest scales by H, area by H^2. M = sum w_i X_i X_i^T.
 typedef struct Template {
     unsigned mask;             // bit b: node 8 + b is present
     int count;                 // nodes present
     int node[NODE_COUNT];      // [count] their numbers, ascending
-    Vec3 rest[NODE_COUNT];     // [count] X_i, from the middle of the cube
-    Vec3 area[NODE_COUNT];     // [count] a_i; sum 0, sum X_i a_i^T = 1
+    Vec3 rest[NODE_COUNT];     // [count] X_i, from the centre of mass: the middle of a whole cube
+    Vec3 area[NODE_COUNT];     // [count] a_i; sum 0, sum X_i a_i^T = share
     double weight[NODE_COUNT]; // [count] w_i; sum 8, sum w_i X_i = 0
-    double spread[3];          // diagonal of M = sum w_i X_i X_i^T, whose other entries are 0
+    double share;              // phi: how much of the cube is solid; 1: a whole one
+    double softer;             // alpha' / alpha: 1 in a whole cube, at most 1 in others
+    double spread[3];          // diagonal of M; of a whole cube the other entries are 0
+    Sym3 inverse;              // M^-1; set in partly filled ones
 } Template;
 
 void template_create(Template *out, unsigned mask);
+
+// Words for the cells of an element of 2^level cells a side, x fastest, one bit each.
+static inline int template_solid_words(int level)
+{
+    return level < 2 ? 1 : 1 << (3 * level - 6);
+}
+// Creates the rest shape of an element of which only the cells in `solid` are there, at least one
+// (README.md, "Partly filled elements"); that of template_create if all are. Level 1 or more.
+// Does not allocate; the time is bounded by the number of cells.
+void template_create_partial(Template *out, unsigned mask, int level, const uint64_t *solid);
+// Returns the parameters of an element of this shape, from those of a whole cube of its size.
+ElementClass template_class(const Template *shape, const ElementClass *whole);
 // Returns the mask of an element from its vertices by node; -1: absent.
 static inline unsigned template_mask_of(const int node[NODE_COUNT])
 {

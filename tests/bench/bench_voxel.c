@@ -110,7 +110,7 @@ static bool cube_create(Cube *cube, int cells, int levels, Status *status)
         for (int level = 0; level <= VOXEL_LEVELS_MAX; level++) {
             const double size = SIZE * (1 << level), mu = 0.5 * YOUNGS_MODULUS;
             cube->classes[level] =
-                (ElementClass){size, mu, 0.0, mu * size / 3.0, cube->beta * mu * size};
+                (ElementClass){size, mu, 0.0, mu * size / 3.0, cube->beta * mu * size, 1.0};
         }
         lattice_mesh_destroy(&mesh);
     }

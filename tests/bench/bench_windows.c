@@ -42,7 +42,8 @@ static bool create_elements(BatchBody *body, int cells, int levels, int budget, 
     lattice_destroy(&lattice);
     for (int level = 0; level <= LEVELS; level++) {
         const double size = SIZE * (1 << level), mu = 5e3;
-        body->classes[level] = (ElementClass){size, mu, 0.0, mu * size / 3.0, 3e-4 * mu * size};
+        body->classes[level] =
+            (ElementClass){size, mu, 0.0, mu * size / 3.0, 3e-4 * mu * size, 1.0};
     }
     if (!lattice_mesh_create(&body->mesh, &body->layout, status))
         return false;

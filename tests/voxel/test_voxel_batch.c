@@ -15,7 +15,7 @@ static BatchOptions options(uint64_t seed)
 {
     uint64_t random = seed;
     for (int c = 0; c < GIVEN; c++)
-        classes[c] = (ElementClass){1e-3 * (1 + c % 4), 1e3, 0.0, 1.0, 0.0};
+        classes[c] = (ElementClass){1e-3 * (1 + c % 4), 1e3, 0.0, 1.0, 0.0, 1.0};
     for (int e = 0; e < ELEMENTS; e++) {
         static const unsigned masks[3] = {0, 0x1, 0x20003};
         int shape = random_below(&random, 5);

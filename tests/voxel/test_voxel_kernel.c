@@ -55,7 +55,8 @@ static ElementClass class_of(int level, int material, VoxelLaw law, bool damped)
     ElementClass c = {.size = size,
                       .mu = mu,
                       .lambda = material == 0 ? 0.0 : 2.0 * mu,
-                      .residual = mu * size / (law == VOXEL_AFFINE ? 2.2 : 1.0)};
+                      .residual = mu * size / (law == VOXEL_AFFINE ? 2.2 : 1.0),
+                      .share = 1.0};
     c.damping = damped ? 3e-4 * c.residual : 0.0;
     return c;
 }

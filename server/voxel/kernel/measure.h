@@ -189,7 +189,7 @@ static inline StressFactors stress_factors(const VoxelPass *pass, const ElementC
                                            double limit)
 {
     const bool paper = pass->law == VOXEL_MIYAZAKI2004;
-    const double scale = pass->stiffness_scale / limit;
+    const double scale = pass->stiffness_scale / (limit * c->share);
     const double mu = scale * (paper ? c->residual / c->size : c->mu);
     const double lambda = paper ? 0.0 : scale * c->lambda;
     return (StressFactors){(Real)(4.0 * mu * mu), (Real)(lambda * (4.0 * mu + 3.0 * lambda))};

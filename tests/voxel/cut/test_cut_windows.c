@@ -34,7 +34,8 @@ static ElementClass class_of(int level, int material)
                           .mu = mu,
                           .lambda = material == 0 ? 0.0 : 2.0 * mu,
                           .residual = mu * size / 2.2,
-                          .damping = 3e-4 * mu * size};
+                          .damping = 3e-4 * mu * size,
+                          .share = 1.0};
 }
 
 // A ball of two materials in a box, or a box of one.
