@@ -435,8 +435,11 @@ const RestTable *voxel_tables_create(const Batches *batches, VoxelLaw law, Preci
 // ---------------------------------------------------------------------------------------------
 // The cache of bodies that are cut. Step thread
 
-// A ball has about a hundred shapes, a body that is cut everywhere a few hundred.
-enum { SLOT_BITS = 9, SLOTS = 1 << SLOT_BITS, TRIES = 8 };
+// A ball has about a hundred shapes, a body that is cut everywhere a few hundred. Partly filled
+// elements each have their own: some hundred are near a tool.
+enum { SLOT_BITS = 9, SLOT_BITS_PARTIAL = 11, TRIES = 8 };
+// Cells of the largest elements (VOXEL_LEVELS_MAX).
+enum { SOLID_WORDS_MOST = 1 << (3 * 5 - 6) };
 
 static size_t real_size(const TemplateCache *cache)
 {
@@ -448,17 +451,34 @@ static void *numbers_at(const TemplateCache *cache, int slot)
     return (char *)cache->number + (size_t)slot * TEMPLATE_NUMBERS * real_size(cache);
 }
 
+static void create_slots(TemplateCache *cache, const char *name, Arena *arena)
+{
+    const size_t slots = (size_t)1 << cache->slot_bits;
+    cache->key = arena_allocate(arena, ARENA_TOPOLOGY, slots, sizeof *cache->key,
+                                "%s/keys of templates", name);
+    cache->shape =
+        arena_allocate(arena, ARENA_TOPOLOGY, slots, sizeof *cache->shape, "%s/templates", name);
+    cache->number =
+        arena_allocate(arena, ARENA_TOPOLOGY, slots, TEMPLATE_NUMBERS * real_size(cache),
+                       "%s/tables of templates", name);
+}
+
 void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena)
 {
-    *cache = (TemplateCache){.law = law, .precision = precision};
-    cache->mask = arena_allocate(arena, ARENA_TOPOLOGY, SLOTS, sizeof *cache->mask,
-                                 "%s/masks of templates", name);
-    cache->shape =
-        arena_allocate(arena, ARENA_TOPOLOGY, SLOTS, sizeof *cache->shape, "%s/templates", name);
-    cache->number =
-        arena_allocate(arena, ARENA_TOPOLOGY, SLOTS, TEMPLATE_NUMBERS * real_size(cache),
-                       "%s/tables of templates", name);
+    *cache = (TemplateCache){.law = law, .precision = precision, .slot_bits = SLOT_BITS};
+    create_slots(cache, name, arena);
+}
+
+void template_cache_create_partial(TemplateCache *cache, const char *name, Precision precision,
+                                   TemplateSolid *solid, const void *of, Arena *arena)
+{
+    *cache = (TemplateCache){.law = VOXEL_AFFINE,
+                             .precision = precision,
+                             .solid = solid,
+                             .solid_of = of,
+                             .slot_bits = SLOT_BITS_PARTIAL};
+    create_slots(cache, name, arena);
 }
 
 static double number_of(const TemplateCache *cache, const void *number, int at)
@@ -476,11 +496,24 @@ static void scale(const TemplateCache *cache, void *number, int at, double by)
         ((double *)number)[at] = value;
 }
 
-static void fill(TemplateCache *cache, int slot, unsigned mask)
+static void create_shape(const TemplateCache *cache, TemplateKey key, Template *shape)
+{
+    const unsigned mask = template_key_mask(key);
+    if (key == mask) {
+        template_create(shape, mask);
+        return;
+    }
+    uint64_t solid[SOLID_WORDS_MOST];
+    const int element = (int)(key >> (NODE_COUNT - NODE_CORNERS)) - 1;
+    const int level = cache->solid(cache->solid_of, element, solid);
+    template_create_partial(shape, mask, level, solid);
+}
+
+static void fill(TemplateCache *cache, int slot, TemplateKey key)
 {
     Template *shape = &cache->shape[slot];
     void *number = numbers_at(cache, slot);
-    template_create(shape, mask);
+    create_shape(cache, key, shape);
     voxel_table_put(number, shape, cache->law, cache->precision);
     if (cache->law == VOXEL_MIYAZAKI2004) {
         const double weight = 6.0 / template_spread(shape);
@@ -489,32 +522,33 @@ static void fill(TemplateCache *cache, int slot, unsigned mask)
         for (int i = 0; i < shape->count; i++)
             scale(cache, number, TABLE_HEAD + i * TABLE_ROW + 3, weight);
     }
-    cache->mask[slot] = mask + 1;
+    cache->key[slot] = key + 1;
     cache->made++;
 }
 
-static int slot_of(TemplateCache *cache, unsigned mask)
+static int slot_of(TemplateCache *cache, TemplateKey key)
 {
-    const unsigned home = mask * 2654435769u >> (32 - SLOT_BITS); // Fibonacci hashing
+    const unsigned home =
+        (unsigned)(key * UINT64_C(11400714819323198485) >> (64 - cache->slot_bits)); // Fibonacci
     for (unsigned i = 0; i < TRIES; i++) {
-        const unsigned slot = (home + i) % SLOTS;
-        if (cache->mask[slot] == mask + 1)
+        const unsigned slot = (home + i) & ((1u << cache->slot_bits) - 1);
+        if (cache->key[slot] == key + 1)
             return (int)slot;
-        if (cache->mask[slot] == 0) {
-            fill(cache, (int)slot, mask);
+        if (cache->key[slot] == 0) {
+            fill(cache, (int)slot, key);
             return (int)slot;
         }
     }
-    fill(cache, (int)home, mask);
+    fill(cache, (int)home, key);
     return (int)home;
 }
 
-const Template *template_cache_shape(TemplateCache *cache, unsigned mask)
+const Template *template_cache_shape(TemplateCache *cache, TemplateKey key)
 {
-    return &cache->shape[slot_of(cache, mask)];
+    return &cache->shape[slot_of(cache, key)];
 }
 
-const void *template_cache_numbers(TemplateCache *cache, unsigned mask)
+const void *template_cache_numbers(TemplateCache *cache, TemplateKey key)
 {
-    return numbers_at(cache, slot_of(cache, mask));
+    return numbers_at(cache, slot_of(cache, key));
 }

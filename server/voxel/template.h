@@ -75,17 +75,34 @@ void voxel_table_put(void *number, const Template *shape, VoxelLaw law, Precisio
 
 // --- a cache ---
 
-// Rest shapes of elements that are created while a body is cut, by the mask of their nodes. A shape
-// is a function of the mask alone, so that the set of cached shapes has no influence on results: a
-// bounded hash table in which a new entry replaces an old one when it is full. Step thread; does
-// not allocate after creation.
+// What a rest shape is a function of: the mask of its nodes, and of a partly filled element also
+// which one it is, as its solid cells never change. A whole cube's key is its mask.
+typedef uint64_t TemplateKey;
+static inline TemplateKey template_key_of_part(unsigned mask, int element)
+{
+    return ((uint64_t)element + 1) << (NODE_COUNT - NODE_CORNERS) | mask;
+}
+static inline unsigned template_key_mask(TemplateKey key)
+{
+    return (unsigned)key & ((1u << (NODE_COUNT - NODE_CORNERS)) - 1);
+}
+// Writes which cells of an element are solid, for template_create_partial; returns its level.
+typedef int TemplateSolid(const void *of, int element, uint64_t *solid);
+
+// Rest shapes of elements that are created while a body is cut. A shape is a function of its key
+// alone, so that the set of cached shapes has no influence on results: a bounded hash table in
+// which a new entry replaces an old one when it is full. Step thread; does not allocate after
+// creation.
 typedef struct TemplateCache {
     VoxelLaw law;
     Precision precision;
-    unsigned *mask;  // [slot] + 1; 0: free
-    Template *shape; // [slot]
-    void *number;    // Real [slot][TEMPLATE_NUMBERS]
-    long made;       // cache misses
+    TemplateSolid *solid; // of partly filled elements; NULL: there are none
+    const void *solid_of; // its argument
+    int slot_bits;        // 2^slot_bits slots
+    TemplateKey *key;     // [slot] + 1; 0: free
+    Template *shape;      // [slot]
+    void *number;         // Real [slot][TEMPLATE_NUMBERS]
+    long made;            // cache misses
 } TemplateCache;
 
 // Space for the numbers of any shape; a multiple of cache lines.
@@ -93,14 +110,19 @@ enum { TEMPLATE_NUMBERS = (TABLE_HEAD + NODE_COUNT * TABLE_ROW + 15) / 16 * 16 }
 
 void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena);
-// Both results are valid until the next call of either function.
-const Template *template_cache_shape(TemplateCache *cache, unsigned mask);
+// The same for a body with partly filled elements (affine law), of which `solid` says how, with
+// `of` as its argument.
+void template_cache_create_partial(TemplateCache *cache, const char *name, Precision precision,
+                                   TemplateSolid *solid, const void *of, Arena *arena);
+// Both results are valid until the next call of either function. A miss takes 0.3 us for a whole
+// cube; for a partly filled one 0.8, 0.8 and 1.1 us at levels 1, 2 and 3.
+const Template *template_cache_shape(TemplateCache *cache, TemplateKey key);
 // Returns the shape's table in the form of the kernels (kernel.h, RestTable), once for all lanes.
 // For Miyazaki's law the weights are not 1 but 6 / sum |X_i|^2, with X_i from the mean of the
 // vertices, which is 1 for a plain cube. Forces and damping are proportional to the weights, and
 // nothing else depends on a common factor of them. So an element of any mask uses the class of the
 // plain cube of its level and material, and its stiffness still gives it that cube's energy under
 // the same uniform stretch, averaged over the axes.
-const void *template_cache_numbers(TemplateCache *cache, unsigned mask);
+const void *template_cache_numbers(TemplateCache *cache, TemplateKey key);
 
 #endif

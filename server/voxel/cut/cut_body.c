@@ -365,7 +365,11 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
     model->cuts = cuts;
     cuts->name = name;
     cuts->sound = true;
-    template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
+    if (options->surface_level > 0)
+        template_cache_create_partial(&cuts->templates, name, options->body.precision,
+                                      cut_shape_solid, &cuts->lattice, arena);
+    else
+        template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     if (!cut_lattice_create(&cuts->lattice, making, arena, state, status))
         return false;
     if (making->options->heats) {

@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "base/sets.h"
 #include "base/sym3.h"
+#include "voxel/cut/cut_shape.h"
 #include "voxel/rotation.h"
 
 #include <math.h>
@@ -51,9 +52,9 @@ static void set_shares(CutMasses *masses, int element)
     const CutLattice *lattice = masses->lattice;
     if (element < lattice->level_first[1] || !cut_lattice_is_leaf(lattice, element))
         return;
-    const unsigned mask = template_mask_of(cut_lattice_nodes(lattice, element));
-    const Template *shape = template_cache_shape(masses->templates, mask);
-    const double mass = mass_of(masses, element);
+    const Template *shape =
+        template_cache_shape(masses->templates, cut_shape_key(lattice, element));
+    const double mass = shape->share * mass_of(masses, element);
     double *share = masses->share[element - lattice->level_first[1]];
     for (int i = 0; i < shape->count; i++)
         share[shape->node[i]] = masses->law == VOXEL_MIYAZAKI2004 ? mass / shape->count

@@ -4,8 +4,11 @@
 
 #include <string.h>
 
-// A leaf as a number to sort by: bits 0 to 31 the element, 32 to 49 its mask, then its number of
-// vertices; for plain leaves from 32 on its class. So leaves of one kind agree from bit 32 on.
+// A leaf as a number to sort by: bits 0 to 31 the element, 32 to 49 its mask, 50 if it is partly
+// filled, then its number of vertices; for plain leaves from 32 on its class. So leaves of one kind
+// agree from bit 32 on, but partly filled ones are each of their own kind.
+enum { PARTIAL_BIT = 50 };
+
 static int element_of(uint64_t key)
 {
     return (int)(key & 0x7fffffffu);
@@ -14,6 +17,16 @@ static int element_of(uint64_t key)
 static unsigned mask_of(uint64_t key)
 {
     return (unsigned)(key >> 32) & 0x3ffffu;
+}
+
+static bool is_partial(uint64_t key)
+{
+    return (key >> PARTIAL_BIT & 1) != 0;
+}
+
+static TemplateKey shape_of(uint64_t key)
+{
+    return is_partial(key) ? template_key_of_part(mask_of(key), element_of(key)) : mask_of(key);
 }
 
 // Counts bits without the library function that the compiler would call.
@@ -50,9 +63,11 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
             continue;
         // The key sorts by class, or by number of vertices and shape; then by element.
         const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
-        const int kind = mask == 0 ? BATCH_PLAIN : BATCH_HANGING;
-        const uint64_t sort = mask == 0 ? (uint64_t)cut_windows_class(windows, e)
-                                        : (uint64_t)vertex_count_of(mask) << 18 | mask;
+        const bool partial = cut_shape_is_partial(lattice, e);
+        const int kind = mask == 0 && !partial ? BATCH_PLAIN : BATCH_HANGING;
+        const uint64_t sort = kind == BATCH_PLAIN ? (uint64_t)cut_windows_class(windows, e)
+                                                  : (uint64_t)vertex_count_of(mask) << 19 |
+                                                        (uint64_t)partial << 18 | mask;
         insert(to->key[kind], to->count[kind]++, sort << 32 | (uint64_t)e);
     }
 }
@@ -190,23 +205,35 @@ static void put_double(double *to, const double *number, int stride, int count, 
 }
 
 // Writes a lane's table unless it already has it.
-static void put_numbers(CutWindows *windows, int batch, int lane, unsigned mask)
+static void put_numbers(CutWindows *windows, int batch, int lane, TemplateKey shape)
 {
     const int stride = windows->tables[batch].stride;
-    unsigned *held = &windows->hanging_mask[batch][lane];
+    TemplateKey *held = &windows->hanging_shape[batch][lane];
     // Most lanes keep their shape from change to change.
-    if (*held == mask)
+    if (*held == shape)
         return;
-    const int count = TABLE_HEAD + vertex_count_of(mask) * TABLE_ROW;
-    const int before = TABLE_HEAD + vertex_count_of(*held) * TABLE_ROW;
-    const void *number = template_cache_numbers(windows->templates, mask);
+    const int count = TABLE_HEAD + vertex_count_of(template_key_mask(shape)) * TABLE_ROW;
+    const int before = TABLE_HEAD + vertex_count_of(template_key_mask(*held)) * TABLE_ROW;
+    const void *number = template_cache_numbers(windows->templates, shape);
     // What a longer shape has left behind it is cleared.
     void *to = (void *)windows->tables[batch].number;
     if (windows->templates->precision == PRECISION_SINGLE)
         put_single((float *)to + lane, number, stride, count, before);
     else
         put_double((double *)to + lane, number, stride, count, before);
-    *held = mask;
+    *held = shape;
+}
+
+// Returns the class of an element in a hanging batch. That of a partly filled one is set with its
+// shape.
+static int put_class(CutWindows *windows, uint64_t key)
+{
+    const int e = element_of(key), own = cut_windows_class(windows, e);
+    if (is_partial(key))
+        windows->classes[own] =
+            template_class(template_cache_shape(windows->templates, shape_of(key)),
+                           &windows->classes[cut_windows_class_of_whole(windows, e)]);
+    return own;
 }
 
 // Writes the present vertices in the order of their nodes, then the spare one.
@@ -234,9 +261,9 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
         const int e = element_of(key[lane]);
         const unsigned mask = mask_of(key[lane]);
         if (lane == 0 || table->stride > 1)
-            put_numbers(windows, batch, lane, mask);
+            put_numbers(windows, batch, lane, shape_of(key[lane]));
         put_vertices(windows, batch, lane, cut_lattice_nodes(lattice, e), mask);
-        windows->hanging_class[batch][lane] = cut_windows_class(windows, e);
+        windows->hanging_class[batch][lane] = put_class(windows, key[lane]);
         put_lane(windows, e, (windows->capacity[0] + batch) * LANES + lane, turns);
     }
     // Lanes without an element hold a plain cube of the spare vertex.
@@ -250,7 +277,7 @@ static void pack_hanging(CutWindows *windows, int batch, const uint64_t *key, in
 // True if the leaves from `k` on fill a batch of one kind.
 static bool fills(const uint64_t *key, int count, int k)
 {
-    return k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32;
+    return k + LANES <= count && key[k] >> 32 == key[k + LANES - 1] >> 32 && !is_partial(key[k]);
 }
 
 static int count_full(const uint64_t *key, int count)

@@ -88,8 +88,9 @@ static void deformation_of(const CutTear *tear, const void *rows, int element, d
     const Rows *basis = &tear->vertices->rows;
     const int *node = cut_lattice_nodes(tear->lattice, element);
     // The rest shape, in the numbers of the kernel.
-    unsigned mask = tear->lattice->element[element].level == 0 ? 0 : template_mask_of(node);
-    const void *number = template_cache_numbers(tear->windows->templates, mask);
+    const TemplateKey shape = cut_shape_key(tear->lattice, element);
+    unsigned mask = template_key_mask(shape);
+    const void *number = template_cache_numbers(tear->windows->templates, shape);
     static const int rest[3][3] = {{2, 7, 6}, {7, 3, 5}, {6, 5, 4}};
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)
@@ -124,8 +125,9 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     const ElementClass *c = &windows->runs.classes[cut_windows_class(windows, element)];
     // The paper's law as an element with lambda = 0.
     const bool paper = tear->law == VOXEL_MIYAZAKI2004;
-    const double mu = pass->stiffness_scale * (paper ? c->residual / c->size : c->mu);
-    const double lambda = paper ? 0.0 : pass->stiffness_scale * c->lambda;
+    const double scale = pass->stiffness_scale / c->share;
+    const double mu = scale * (paper ? c->residual / c->size : c->mu);
+    const double lambda = paper ? 0.0 : scale * c->lambda;
     enum { STEPS = 6 };
     const double barrier = paper ? 0.0 : barrier_stiffness(mu, lambda);
     double f[3][3], gap[3][3], trace, factor = 1.0;

@@ -142,8 +142,9 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
     windows->hanging_class =
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof *windows->hanging_class,
                        "%s/hanging classes", name);
-    windows->hanging_mask = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
-                                           sizeof *windows->hanging_mask, "%s/hanging masks", name);
+    windows->hanging_shape =
+        arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count, sizeof *windows->hanging_shape,
+                       "%s/hanging shapes", name);
     // Every batch has room for all nodes, and a table of its own.
     int *start = ALLOCATE(ARENA_STEP, count + 1, int, "hanging start");
     int *table = ALLOCATE(ARENA_STEP, count, int, "hanging tables");
@@ -204,6 +205,28 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
     windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
 }
 
+// Numbers a class for each partly filled element that may come, behind those of whole ones.
+static void create_classes(CutWindows *windows, const WindowOptions *options, Arena *arena)
+{
+    const CutLattice *lattice = windows->lattice;
+    const char *name = options->name;
+    const int first = lattice->level_first[1], larger = lattice->element_count - first;
+    int count = (lattice->levels + 1) * options->material_count * (options->stiff != NULL ? 2 : 1);
+    windows->runs.classes = options->classes;
+    if (!lattice->adapts)
+        return;
+    windows->own_class = ALLOCATE(ARENA_TOPOLOGY, larger, int, "own classes");
+    const int whole = count;
+    for (int k = 0; k < larger; k++)
+        windows->own_class[k] =
+            cut_shape_is_partial(lattice, first + k) && lattice->element[first + k].mergeable
+                ? count++
+                : -1;
+    windows->classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
+    memcpy(windows->classes, options->classes, (size_t)whole * sizeof *windows->classes);
+    windows->runs.classes = windows->classes;
+}
+
 void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
                         StateList *state)
 {
@@ -219,7 +242,7 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     create_scratch(windows, name, arena);
     windows->runs.kernels = options->kernels;
     windows->runs.tables = windows->tables;
-    windows->runs.classes = options->classes;
+    create_classes(windows, options, arena);
     const int runs = BATCH_KINDS * (windows->lattice->window_count + 2 * windows->group_count);
     batch_runs_create(&windows->runs, runs, name, arena, state);
     if (options->branch_count > 0) {

@@ -3,17 +3,18 @@
 // Leaves of one kind (plain cubes of one class, or one mask) fill whole batches of their window.
 // The rest of a group's windows fills batches of the group: plain ones by class; those with hanging
 // vertices again whole batches of one mask, and the remainder mixed ones (kernel.h), sorted by
-// number of vertices, mask and number. Windows and groups own fixed ranges of batches, large enough
-// for any outcome, whose content is a pure function of the leaves there and of their vertices. So
-// only what changed is packed, and the result equals that of packing everything: it does not depend
-// on the history.
+// number of vertices, mask and number. Partly filled leaves, each with numbers of its own, always
+// go to mixed batches, and have a class of their own. Windows and groups own fixed ranges of
+// batches, large enough for any outcome, whose content is a pure function of the leaves there and
+// of their vertices. So only what changed is packed, and the result equals that of packing
+// everything: it does not depend on the history.
 //
 // Step thread, except cut_windows_create; does not allocate after that.
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 #define PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 
 #include "voxel/batch.h"
-#include "voxel/cut/cut_lattice.h"
+#include "voxel/cut/cut_shape.h"
 #include "voxel/template.h"
 
 enum { GROUP_WINDOWS = 8, GROUP_ELEMENTS = GROUP_WINDOWS * WINDOW_ELEMENTS };
@@ -49,7 +50,10 @@ typedef struct CutWindows {
     TemplateCache *templates;
     int material_count;
     const unsigned char *stiff; // [element] or NULL; as in the options
-    int capacity[BATCH_KINDS];  // batches
+    // [element - level_first[1]] class of a partly filled element, in `classes`; -1: it is whole.
+    // NULL: the body does not adapt
+    int *own_class;
+    int capacity[BATCH_KINDS]; // batches
     int group_count;
     WindowGroup *group;
     int *group_of;      // [window]
@@ -65,9 +69,10 @@ typedef struct CutWindows {
     int *plain_class;                         // [plain]
     int (*hanging_vertex)[NODE_COUNT][LANES]; // [hanging]
     int (*hanging_class)[LANES];              // [hanging]
-    unsigned (*hanging_mask)[LANES]; // [hanging] mask of each lane; in full batches the first holds
-                                     // for all
-    RestTable *tables;               // [hanging] with tables of their own
+    TemplateKey (*hanging_shape)[LANES]; // [hanging] shape of each lane; in full batches the first
+                                         // holds for all
+    RestTable *tables;                   // [hanging] with tables of their own
+    ElementClass *classes; // those of the options, then those of partly filled elements; NULL: none
     int *lane; // [element] batch * LANES + lane, hanging batches numbered after the plain ones;
                // -1: not a leaf
     // What a window leaves to its group: plain ones, then hanging ones, ascending keys
@@ -80,13 +85,22 @@ typedef struct CutWindows {
     bool *is_changed;
 } CutWindows;
 
-// Returns the class of an element.
-static inline int cut_windows_class(const CutWindows *windows, int element)
+// Returns the class of whole elements like this one.
+static inline int cut_windows_class_of_whole(const CutWindows *windows, int element)
 {
     const CutElement *e = &windows->lattice->element[element];
     const int own = e->level * windows->material_count + e->material - 1;
     const bool stiff = windows->stiff != NULL && windows->stiff[element];
     return stiff ? own + (windows->lattice->levels + 1) * windows->material_count : own;
+}
+
+// Returns the class of a leaf.
+static inline int cut_windows_class(const CutWindows *windows, int element)
+{
+    const int first = windows->lattice->level_first[1];
+    const int own =
+        windows->own_class != NULL && element >= first ? windows->own_class[element - first] : -1;
+    return own >= 0 ? own : cut_windows_class_of_whole(windows, element);
 }
 
 // Load time. Packs everything; rotations start at none, and are added to the state.

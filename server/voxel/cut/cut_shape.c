@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+#include "voxel/cut/cut_shape.h"
+
+#include <string.h>
+
+int cut_shape_solid(const void *of, int element, uint64_t *solid)
+{
+    const CutLattice *lattice = of;
+    const CutElement *block = &lattice->element[element];
+    const int edge = 1 << block->level;
+    memset(solid, 0, (size_t)template_solid_words(block->level) * sizeof *solid);
+    // Row by row; blocks lie within the rounded counts.
+    for (int z = 0, bit = 0; z < edge; z++)
+        for (int y = 0; y < edge; y++) {
+            const long row = ((long)(block->cell[2] + z) * lattice->count[1] + block->cell[1] + y) *
+                                 lattice->count[0] +
+                             block->cell[0];
+            for (int x = 0; x < edge; x++, bit++)
+                solid[bit / 64] |= (uint64_t)(lattice->lut[0][row + x] >= 0) << bit % 64;
+        }
+    return block->level;
+}

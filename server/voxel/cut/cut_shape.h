@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// Rest shapes of the elements of a cuttable body: whole cubes, and in a body that adapts partly
+// filled ones.
+#ifndef PLIANT_VOXEL_CUT_CUT_SHAPE_H
+#define PLIANT_VOXEL_CUT_CUT_SHAPE_H
+
+#include "voxel/cut/cut_lattice.h"
+#include "voxel/template.h"
+
+// True if some cells of an element were void at load. Only of a body that adapts such elements are
+// leaves, and never with a cell that has gone.
+static inline bool cut_shape_is_partial(const CutLattice *lattice, int element)
+{
+    return lattice->adapts && !lattice->element[element].whole;
+}
+
+// Returns the key of a leaf's shape (template.h).
+static inline TemplateKey cut_shape_key(const CutLattice *lattice, int element)
+{
+    if (element < lattice->level_first[1])
+        return 0;
+    const unsigned mask = template_mask_of(cut_lattice_nodes(lattice, element));
+    return cut_shape_is_partial(lattice, element) ? template_key_of_part(mask, element) : mask;
+}
+
+// As TemplateSolid, of a lattice.
+int cut_shape_solid(const void *lattice, int element, uint64_t *solid);
+
+#endif
