@@ -38,9 +38,7 @@ static Vec3 to_world(const CellCentres *centres, Vec3 p)
                   m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + centres->shift[2]};
 }
 
-// Fills in absent middles: of an edge, between its ends; of a face, between those of its edges; the
-// centre, between the corners. `there`: one bit per present point.
-static void fill_middles(Vec3 point[27], unsigned there)
+void cut_fill_middles(Vec3 point[27], unsigned there)
 {
     static const int step[3] = {1, 3, 9};
     for (int d = 0; d < 3; d++) // edges
@@ -84,14 +82,14 @@ static const Vec3 *find_points(CellCentres *centres, int element)
         }
     } else {
         const int parent = lattice->element[element].parent;
-        const int child = element - lattice->element[parent].child;
+        const int child = cut_lattice_which(lattice, element);
         const Vec3 *above = find_points(centres, parent);
         for (int c = 0; c < 8; c++)
             point[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)] =
                 above[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
                       9 * ((c >> 2) + (child >> 2))];
     }
-    fill_middles(point, there);
+    cut_fill_middles(point, there);
     centres->element[level] = element;
     return point;
 }
@@ -107,7 +105,7 @@ Vec3 cut_centre(CellCentres *centres, int cell)
     }
     const int parent = lattice->element[cell].parent;
     const Vec3 *point = find_points(centres, parent);
-    const int child = cell - lattice->element[parent].child;
+    const int child = cut_lattice_which(lattice, cell);
     for (int c = 0; c < 8; c++)
         sum = vec3_add(sum, point[(c & 1) + (child & 1) + 3 * ((c >> 1 & 1) + (child >> 1 & 1)) +
                                   9 * ((c >> 2) + (child >> 2))]);

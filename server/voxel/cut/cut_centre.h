@@ -19,6 +19,11 @@ typedef struct CellCentres {
     Vec3 point[VOXEL_LEVELS_MAX + 1][27];
 } CellCentres;
 
+// Fills in absent middles of an element's points, x + 3 y + 9 z: of an edge, between its ends; of a
+// face, between those of its edges; the centre, between the corners, which must be there. `there`:
+// one bit per present point.
+void cut_fill_middles(Vec3 point[27], unsigned there);
+
 void cut_centres_begin(CellCentres *centres, const CutLattice *lattice, const Rows *rows,
                        const void *row);
 // Returns a cell's centre in the world frame [m].

@@ -273,7 +273,7 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     const size_t vertices = (size_t)lattice->vertex_capacity;
     lattice->divided = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "divided");
     lattice->broken = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "broken");
-    lattice->vertex_id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cut vertex ids");
+    lattice->vertex_id = ALLOCATE(ARENA_TOPOLOGY, vertices + 1, int, "cut vertex ids");
     lattice->vertex_count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "vertex count");
     lattice->anchor = ALLOCATE(ARENA_TOPOLOGY, vertices, signed char, "anchors");
     // The sets of bits, and the order in which vertices came.

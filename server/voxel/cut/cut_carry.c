@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: MIT
+#include "voxel/cut/cut_carry.h"
+
+#include "base/check.h"
+#include "voxel/cut/cut_parts.h"
+#include "voxel/point_parts.h"
+
+#include <string.h>
+
+enum { POINTS = 27, CENTRE = 13 };
+static const int STEP[3] = {1, 3, 9};
+
+// ---------------------------------------------------------------------------------------------
+// Where a point is in an element
+
+// Returns the place of a point in a leaf around it.
+static CarrySite site_in(const CutLattice *lattice, int leaf, const int point[3])
+{
+    const CutElement *element = &lattice->element[leaf];
+    CarrySite site = {0};
+    int low = 0;
+    for (int d = 0; d < 3; d++) {
+        // In shares of an octant, of which there are two along each axis.
+        const int at = (point[d] - element->cell[d]) * (2 * CARRY_SHARES) >> element->level;
+        low += STEP[d] * (at / CARRY_SHARES);
+        site.share[d] = (unsigned char)(at % CARRY_SHARES);
+    }
+    site.low = (signed char)low;
+    return site;
+}
+
+// Returns bits of the points of a leaf at which it has a vertex.
+static unsigned present_of(const CutScratch *scratch, const int *node)
+{
+    unsigned present = 0;
+    for (int at = 0; at < POINTS; at++)
+        present |= (unsigned)(scratch->node_at[at] >= 0 && node[scratch->node_at[at]] >= 0) << at;
+    return present;
+}
+
+// The middles of an element's edges and of its faces, and along which axes their ends are.
+typedef struct Middle {
+    signed char at, a, b; // b -1: of an edge
+} Middle;
+
+enum { EDGES = 12, MIDDLES = 18 };
+static const Middle MIDDLE[MIDDLES] = {
+    {1, 0, -1},  {7, 0, -1},  {19, 0, -1}, {25, 0, -1}, {3, 1, -1},  {5, 1, -1},
+    {21, 1, -1}, {23, 1, -1}, {9, 2, -1},  {11, 2, -1}, {15, 2, -1}, {17, 2, -1},
+    {12, 1, 2},  {14, 1, 2},  {10, 2, 0},  {16, 2, 0},  {4, 0, 1},   {22, 0, 1},
+};
+
+int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3],
+                         FitWeight weight[NODE_COUNT])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int *node = cut_lattice_nodes(lattice, leaf);
+    const CarrySite site = site_in(lattice, leaf, point);
+    double w[POINTS] = {0.0};
+    // Trilinear in the octant.
+    for (int c = 0; c < 8; c++) {
+        double part = 1.0;
+        int at = site.low;
+        for (int d = 0; d < 3; d++) {
+            const double share = (double)site.share[d] / CARRY_SHARES;
+            part *= c >> d & 1 ? share : 1.0 - share;
+            at += (c >> d & 1) * STEP[d];
+        }
+        if (part > 0.0)
+            w[at] += part;
+    }
+    // What is absent is between others: the centre, then faces, then edges.
+    for (int c = 0; c < 8; c++)
+        w[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)] += 0.125 * w[CENTRE];
+    w[CENTRE] = 0.0;
+    const unsigned present = present_of(scratch, node);
+    for (int m = MIDDLES - 1; m >= 0; m--) {
+        const Middle *middle = &MIDDLE[m];
+        if (w[middle->at] == 0.0 || (present >> middle->at & 1))
+            continue;
+        const double part = w[middle->at] * (middle->b < 0 ? 0.5 : 0.25);
+        w[middle->at] = 0.0;
+        for (int side = -1; side <= 1; side += 2) {
+            w[middle->at + side * STEP[middle->a]] += part;
+            if (middle->b >= 0)
+                w[middle->at + side * STEP[middle->b]] += part;
+        }
+    }
+    int count = 0;
+    for (int at = 0; at < POINTS; at++)
+        if (w[at] != 0.0)
+            weight[count++] = (FitWeight){node[scratch->node_at[at]], w[at]};
+    return count;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Rows
+
+// Numbers of all points of an element: a row each.
+typedef struct PointRows {
+    double at[POINTS][ROW];
+} PointRows;
+
+static inline __attribute__((always_inline)) void mean_of(PointRows *rows, int at, int a, int b)
+{
+    for (int k = 0; k < ROW; k++)
+        rows->at[at][k] = 0.5 * (rows->at[at - STEP[a]][k] + rows->at[at + STEP[a]][k]);
+    for (int k = 0; k < ROW && b >= 0; k++)
+        rows->at[at][k] =
+            0.5 * (rows->at[at][k] + 0.5 * (rows->at[at - STEP[b]][k] + rows->at[at + STEP[b]][k]));
+}
+
+static inline __attribute__((always_inline)) void
+fill_points(const CutCarry *carry, int leaf, const void *row, bool single, PointRows *rows)
+{
+    const CutScratch *scratch = carry->lattice->scratch;
+    const int *node = cut_lattice_nodes(carry->lattice, leaf);
+    unsigned present = 0;
+    for (int at = 0; at < POINTS; at++) {
+        const int v = scratch->node_at[at] < 0 ? -1 : node[scratch->node_at[at]];
+        if (v < 0)
+            continue;
+        present |= 1u << at;
+        for (int k = 0; k < ROW; k++)
+            rows->at[at][k] = single ? (double)((const float *)row)[(long)v * ROW + k]
+                                     : ((const double *)row)[(long)v * ROW + k];
+    }
+    // Edges before faces.
+    for (int m = 0; m < MIDDLES; m++)
+        if (!(present >> MIDDLE[m].at & 1))
+            mean_of(rows, MIDDLE[m].at, MIDDLE[m].a, MIDDLE[m].b);
+    for (int k = 0; k < ROW; k++) {
+        double sum = 0.0;
+        for (int c = 0; c < 8; c++)
+            sum += rows->at[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)][k];
+        rows->at[CENTRE][k] = 0.125 * sum;
+    }
+}
+
+// Interpolates along the axes on which a site is not at a point.
+static inline __attribute__((always_inline)) void put_row(const PointRows *rows, CarrySite site,
+                                                          int vertex, void *row, bool single)
+{
+    double value[4][ROW];
+    int count = 1, from[4] = {site.low};
+    // Along x while reading, then along y and z.
+    if (site.share[1] > 0) {
+        from[count] = from[0] + STEP[1];
+        count++;
+    }
+    if (site.share[2] > 0) {
+        for (int c = 0; c < count; c++)
+            from[count + c] = from[c] + STEP[2];
+        count *= 2;
+    }
+    const double x = (double)site.share[0] / CARRY_SHARES;
+    for (int c = 0; c < count; c++)
+        for (int k = 0; k < ROW; k++) {
+            const double low = rows->at[from[c]][k];
+            value[c][k] = site.share[0] > 0 ? low + x * (rows->at[from[c] + 1][k] - low) : low;
+        }
+    for (int d = 2; d >= 1; d--) {
+        const double share = (double)site.share[d] / CARRY_SHARES;
+        if (site.share[d] == 0)
+            continue;
+        count /= 2;
+        for (int c = 0; c < count; c++)
+            for (int k = 0; k < ROW; k++)
+                value[c][k] += share * (value[count + c][k] - value[c][k]);
+    }
+    for (int k = 0; k < ROW; k++)
+        if (single)
+            ((float *)row)[(long)vertex * ROW + k] = (float)value[0][k];
+        else
+            ((double *)row)[(long)vertex * ROW + k] = value[0][k];
+}
+
+static inline __attribute__((always_inline)) void update_leaf(const CutCarry *carry, int leaf,
+                                                              void *row, bool single)
+{
+    PointRows rows;
+    fill_points(carry, leaf, row, single, &rows);
+    for (int v = carry->first[leaf - carry->lattice->level_first[1]]; v >= 0; v = carry->next[v])
+        put_row(&rows, carry->site[v], v, row, single);
+}
+
+static bool is_single(const CutCarry *carry)
+{
+    return carry->vertices->rows.precision == PRECISION_SINGLE;
+}
+
+void cut_carry_update(CutCarry *carry, void *row)
+{
+    if (is_single(carry))
+        for (int k = 0; k < carry->leaf_count; k++)
+            update_leaf(carry, carry->leaf[k], row, true);
+    else
+        for (int k = 0; k < carry->leaf_count; k++)
+            update_leaf(carry, carry->leaf[k], row, false);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Lists
+
+// Lists a carried vertex with the leaf around the cell of its anchor.
+static void enter(CutCarry *carry, int vertex)
+{
+    const CutLattice *lattice = carry->lattice;
+    int point[3], leaf[8];
+    cut_lattice_point(lattice, vertex, point);
+    cut_lattice_around(lattice, point, leaf);
+    const int own = leaf[lattice->anchor[vertex]], at = own - lattice->level_first[1];
+    ASSERT(at >= 0);
+    if (carry->first[at] < 0) {
+        carry->place[at] = carry->leaf_count;
+        carry->leaf[carry->leaf_count++] = own;
+    }
+    carry->leaf_of[vertex] = own;
+    carry->site[vertex] = site_in(lattice, own, point);
+    carry->next[vertex] = carry->first[at];
+    carry->first[at] = vertex;
+    carry->count++;
+}
+
+// Takes all vertices from an element, and enters those that are still carried again.
+static void sort_again(CutCarry *carry, int element)
+{
+    const int at = element - carry->lattice->level_first[1];
+    int vertex = at < 0 ? -1 : carry->first[at];
+    if (vertex < 0)
+        return;
+    const int last = carry->leaf[--carry->leaf_count];
+    carry->leaf[carry->place[at]] = last;
+    carry->place[last - carry->lattice->level_first[1]] = carry->place[at];
+    carry->first[at] = -1;
+    for (int next; vertex >= 0; vertex = next) {
+        next = carry->next[vertex];
+        carry->leaf_of[vertex] = -1;
+        carry->count--;
+        if (cut_lattice_is_carried(carry->lattice, vertex))
+            enter(carry, vertex);
+    }
+}
+
+// Updates the carried vertices of the leaves around some vertices.
+static void refresh(CutCarry *carry, const int *vertex, int count)
+{
+    const CutLattice *lattice = carry->lattice;
+    void *row = carry->vertices->row[carry->vertices->current];
+    carry->stamp++;
+    for (int k = 0; k < count; k++) {
+        int point[3], leaf[8];
+        if (lattice->vertex_id[vertex[k]] < 0)
+            continue;
+        cut_lattice_point(lattice, vertex[k], point);
+        cut_lattice_around(lattice, point, leaf);
+        for (int s = 0; s < 8; s++) {
+            const int at = leaf[s] - lattice->level_first[1];
+            if (leaf[s] < 0 || at < 0 || carry->first[at] < 0 || carry->seen[at] == carry->stamp)
+                continue;
+            carry->seen[at] = carry->stamp;
+            if (is_single(carry))
+                update_leaf(carry, leaf[s], row, true);
+            else
+                update_leaf(carry, leaf[s], row, false);
+        }
+    }
+}
+
+void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
+{
+    const CutChanges *changes = &carry->lattice->changes;
+    for (int i = 0; i < changes->element_count; i++)
+        sort_again(carry, changes->element[i]);
+    for (int i = 0; i < changes->ended_count; i++) {
+        const int ended = changes->ended[i].vertex;
+        if (cut_lattice_is_carried(carry->lattice, ended) && carry->leaf_of[ended] < 0)
+            enter(carry, ended);
+    }
+    refresh(carry, vertex, count);
+}
+
+void cut_carry_derive(CutCarry *carry)
+{
+    const CutLattice *lattice = carry->lattice;
+    const size_t larger = (size_t)(lattice->element_count - lattice->level_first[1]);
+    memset(carry->first, -1, larger * sizeof *carry->first);
+    memset(carry->leaf_of, -1, (size_t)lattice->kept_end * sizeof *carry->leaf_of);
+    carry->leaf_count = carry->count = 0;
+    for (int v = 0; v < lattice->kept_end; v++)
+        if (lattice->carried[v])
+            enter(carry, v);
+}
+
+void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
+                      const char *name, Arena *arena)
+{
+    const int kept = lattice->kept_end, larger = lattice->element_count - lattice->level_first[1];
+    *carry = (CutCarry){.lattice = lattice, .vertices = vertices};
+    carry->leaf_of = ALLOCATE(ARENA_TOPOLOGY, kept, int, "elements of carried vertices");
+    carry->site = ALLOCATE(ARENA_TOPOLOGY, kept, CarrySite, "sites of carried vertices");
+    carry->next = ALLOCATE(ARENA_TOPOLOGY, kept, int, "next carried vertices");
+    carry->first = ALLOCATE(ARENA_TOPOLOGY, larger, int, "first carried vertices");
+    carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
+    carry->leaf = ALLOCATE(ARENA_TOPOLOGY, larger, int, "carrying elements");
+    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, int, "updated elements");
+    cut_carry_derive(carry);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Finest cells
+
+unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot)
+{
+    int cell[8];
+    unsigned broken = 0, cells = 0;
+    for (int s = 0; s < 8; s++)
+        cell[s] = cut_lattice_cell(lattice, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
+                                   point[2] - 1 + (s >> 2));
+    for (int f = 0; f < 12; f++) {
+        const int low = cell[POINT_FACE[f]];
+        broken |= (unsigned)(low >= 0 && cut_lattice_is_open(lattice, low, f / 4)) << f;
+    }
+    const PointParts parts = point_parts(cell, 0xff, broken);
+    for (int s = 0; s < 8; s++)
+        cells |= (unsigned)(parts.part[s] >= 0 && parts.part[s] == parts.part[slot]) << s;
+    return cells;
+}
+
+int cut_carry_corner(const CutLattice *lattice, int cell, int corner)
+{
+    if (cut_lattice_is_leaf(lattice, cell))
+        return lattice->corner[cell][corner];
+    const CutScratch *scratch = lattice->scratch;
+    const int *at = lattice->element[cell].cell;
+    const int point[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};
+    const unsigned cells = cut_carry_cells(lattice, point, 7 - corner);
+    // Its anchor is the lowest of its cells.
+    int v = scratch->head[cut_parts_index(scratch, point)];
+    while (v >= 0 && (cells == 0 || lattice->anchor[v] != __builtin_ctz(cells)))
+        v = scratch->next[v];
+    return v;
+}

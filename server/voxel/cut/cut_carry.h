@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+// Carried vertices of a body that adapts: those that are shown for ever (cut_lattice.h) while no
+// element has them. Each is where the element around it takes it: trilinear between the vertices of
+// an octant, absent ones by the template's rule, by which divisions place new vertices too. So a
+// division moves none of them. Their rows are up to date after each tick and each change; within a
+// tick they drift with their velocity.
+//
+// Step thread, except cut_carry_create.
+#ifndef PLIANT_VOXEL_CUT_CUT_CARRY_H
+#define PLIANT_VOXEL_CUT_CUT_CARRY_H
+
+#include "body/vertices.h"
+#include "voxel/cut/cut_lattice.h"
+
+enum { CARRY_SHARES = 16 }; // of an octant's edge: elements are of level 5 at most
+
+// Where a vertex is in its element.
+typedef struct CarrySite {
+    signed char low;        // the low corner of its octant, x + 3 y + 9 z
+    unsigned char share[3]; // from there, in parts of the octant's edge; less than all
+} CarrySite;
+
+typedef struct CutCarry {
+    const CutLattice *lattice;
+    Vertices *vertices;
+    // --- derived from the lattice ---
+    int count;       // carried vertices
+    int *leaf_of;    // [kept_end] the element; -1: not carried
+    CarrySite *site; // [kept_end]
+    int *next;       // [kept_end] another vertex of its element; -1: none
+    int *first;      // [element - level_first[1]] one of its vertices; -1: none
+    int *place;      // [element - level_first[1]] in `leaf`
+    int *leaf;       // elements with such vertices, in no order that matters
+    int leaf_count;
+    // --- scratch ---
+    int *seen, stamp; // [element - level_first[1]]
+} CutCarry;
+
+// Load time.
+void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
+                      const char *name, Arena *arena);
+// Lists again what is carried, after the lattice was derived.
+void cut_carry_derive(CutCarry *carry);
+// Updates the lists after changes of the lattice, then the rows of all carried vertices of the
+// elements around some vertices whose rows have changed.
+void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
+// Updates all carried rows from those of the elements' vertices in `row` (rows.h).
+void cut_carry_update(CutCarry *carry, void *row);
+
+// Finds the vertices of a leaf of level 1 or more that a point of it, in cells, follows from, and
+// their weights, which add up to 1. Returns their number, at most NODE_COUNT. Carried vertices do
+// not matter.
+int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3],
+                         FitWeight weight[NODE_COUNT]);
+// The same of a carried vertex.
+static inline int cut_carry_weights(const CutCarry *carry, int vertex, FitWeight weight[NODE_COUNT])
+{
+    int point[3];
+    cut_lattice_point(carry->lattice, vertex, point);
+    return cut_carry_weights_at(carry->lattice, carry->leaf_of[vertex], point, weight);
+}
+
+// --- finest cells around a point, whatever the leaves ---
+// Returns the slots of the finest cells around a point that hold together with the one in a slot,
+// across faces that are not open; 0: it is void or gone.
+unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot);
+// Returns the vertex at a corner of a finest cell, also while a larger leaf covers the cell: it is
+// carried then, unless it is a vertex of that leaf. -1: none, inside of the leaf.
+int cut_carry_corner(const CutLattice *lattice, int cell, int corner);
+
+#endif
