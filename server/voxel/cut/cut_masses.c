@@ -4,6 +4,9 @@
 #include "base/check.h"
 #include "base/sets.h"
 #include "base/sym3.h"
+#include "voxel/cut/cut_carry.h"
+#include "voxel/cut/cut_centre.h"
+#include "voxel/cut/cut_parts.h"
 #include "voxel/cut/cut_shape.h"
 #include "voxel/rotation.h"
 
@@ -24,6 +27,9 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
     masses->last = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "last in group");
     masses->mass_before = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "masses before");
     memset(masses->group, -1, (size_t)vertices * sizeof *masses->group);
+    masses->node_mass = masses->vertices->mass;
+    if (lattice->adapts) // constant where nothing is cut
+        masses->node_mass = ALLOCATE(ARENA_CONTACT, vertices, double, "masses of finest cells");
     if (lattice->removable)
         masses->retired = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "vertices without elements");
 }
@@ -61,14 +67,61 @@ static void set_shares(CutMasses *masses, int element)
                                                                   : 0.125 * shape->weight[i] * mass;
 }
 
+// True if the part of a vertex is fixed: where the uncut body was.
+static bool is_held(const CutMasses *masses, int vertex)
+{
+    const CutLattice *lattice = masses->lattice;
+    int point[3];
+    cut_lattice_point(lattice, vertex, point);
+    const long nx = lattice->lattice_count[0] + 1, ny = lattice->lattice_count[1] + 1;
+    return masses->held[(point[2] * ny + point[1]) * nx + point[0]] >>
+               (lattice->anchor[vertex] & 7) &
+           1;
+}
+
+bool cut_masses_is_fixed(const CutMasses *masses, int vertex)
+{
+    return cut_lattice_is_carried(masses->lattice, vertex)
+               ? is_held(masses, vertex)
+               : vertices_is_fixed(masses->vertices, vertex);
+}
+
+// Computes the mass of the finest cells of a vertex's part, whatever the leaves.
+static void set_node_mass(CutMasses *masses, int vertex)
+{
+    const CutLattice *lattice = masses->lattice;
+    const int anchor = lattice->anchor[vertex];
+    double mass = 0.0;
+    int point[3];
+    if (anchor >= 0 && anchor < 8) {
+        cut_lattice_point(lattice, vertex, point);
+        const unsigned cells = cut_carry_cells(lattice, point, anchor);
+        for (int s = 0; s < 8; s++)
+            if (cells >> s & 1)
+                mass += 0.125 * mass_of(masses, cut_lattice_cell(lattice, point[0] - 1 + (s & 1),
+                                                                 point[1] - 1 + (s >> 1 & 1),
+                                                                 point[2] - 1 + (s >> 2)));
+    }
+    masses->node_mass[vertex] = mass;
+}
+
 // Computes a mass from scratch, so that it is a function of the bits alone.
 static void set_mass(CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
     const int cells = lattice->level_first[1];
-    if (lattice->anchor[vertex] < 0) { // all its elements are gone: it stays at its place
+    const bool gone = lattice->anchor[vertex] < 0 && lattice->vertex_id[vertex] >= 0;
+    if (gone) { // all its elements are: it stays at its place
+        masses->node_mass[vertex] = 0.0;
         vertices_retire(masses->vertices, vertex);
         masses->retired[masses->retired_count++] = vertex;
+        return;
+    }
+    // A free row, or a vertex that others carry.
+    if (lattice->adapts)
+        set_node_mass(masses, vertex);
+    if (lattice->vertex_id[vertex] < 0 || cut_lattice_is_carried(lattice, vertex)) {
+        vertices_put_mass(masses->vertices, vertex, 0.0, true);
         return;
     }
     // The eight slots around its point, some of the same leaf.
@@ -77,7 +130,6 @@ static void set_mass(CutMasses *masses, int vertex)
     cut_lattice_around(lattice, point, leaf);
     // Sum the shares of the elements that have this vertex.
     double mass = 0.0;
-    int lowest = -1; // lowest slot of its part
     for (int s = 0; s < 8; s++) {
         if (leaf[s] < 0)
             continue;
@@ -94,25 +146,25 @@ static void set_mass(CutMasses *masses, int vertex)
                 continue;
             mass += masses->share[leaf[s] - cells][node];
         }
-        if (lowest < 0)
-            lowest = s;
     }
-    ASSERT(lowest >= 0);
-    // The part is fixed where the uncut body was.
-    const long nx = lattice->lattice_count[0] + 1, ny = lattice->lattice_count[1] + 1;
-    const unsigned char held = masses->held[(point[2] * ny + point[1]) * nx + point[0]];
-    vertices_put_mass(masses->vertices, vertex, mass, held >> lowest & 1);
+    ASSERT(mass > 0.0);
+    vertices_put_mass(masses->vertices, vertex, mass, is_held(masses, vertex));
 }
 
 // ---------------------------------------------------------------------------------------------
 // Changes
+
+static bool is_free(const CutMasses *masses, int vertex)
+{
+    return rows_get(&masses->vertices->rows, masses->vertices->inverse_mass, vertex) != 0.0;
+}
 
 static void touch(CutMasses *masses, int vertex)
 {
     if (masses->group[vertex] >= 0)
         return;
     masses->group[vertex] = vertex;
-    masses->mass_before[vertex] = masses->vertices->mass[vertex];
+    masses->mass_before[vertex] = is_free(masses, vertex) ? masses->vertices->mass[vertex] : 0.0;
     masses->touched[masses->touched_count++] = vertex;
 }
 
@@ -129,8 +181,207 @@ static void touch_element(CutMasses *masses, int element)
         }
 }
 
+// ---------------------------------------------------------------------------------------------
+// The affine motion of an element's children: where a merge takes its corners in void
+
+static void add_to_fit(const CutMasses *masses, AffineFit *fit, int vertex, const int point[3])
+{
+    const Rows *rows = &masses->vertices->rows;
+    const void *row = vertices_row(masses->vertices);
+    // From a corner of the element, in cells: exact.
+    double x[3];
+    for (int c = 0; c < 3; c++)
+        x[c] = point[c] - fit->origin[c];
+    fit->count += 1.0;
+    for (int c = 0; c < 3; c++)
+        fit->first[c] += x[c];
+    fit->second = sym3_madd(fit->second, 1.0, sym3_outer(1.0, vec3(x[0], x[1], x[2])));
+    for (int k = 0; k < ROW; k++) {
+        const double value = rows_get(rows, row, (long)vertex * ROW + k);
+        fit->sum[k] += value;
+        for (int c = 0; c < 3; c++)
+            fit->moment[c][k] += x[c] * value;
+    }
+}
+
+// Solves for the mean and the gradient of each number. False: the points are in a plane.
+static bool solve_fit(AffineFit *fit)
+{
+    const double by = 1.0 / fit->count;
+    const Vec3 first = vec3(fit->first[0], fit->first[1], fit->first[2]);
+    double determinant;
+    const Sym3 inverse =
+        sym3_adjugate(sym3_madd(fit->second, -by, sym3_outer(1.0, first)), &determinant);
+    if (!(determinant > 1e-6))
+        return false;
+    for (int k = 0; k < ROW; k++) {
+        const Vec3 moment = vec3(fit->moment[0][k] - by * first.x * fit->sum[k],
+                                 fit->moment[1][k] - by * first.y * fit->sum[k],
+                                 fit->moment[2][k] - by * first.z * fit->sum[k]);
+        const Vec3 gradient = vec3_scale(1.0 / determinant, sym3_times(inverse, moment));
+        fit->gradient[0][k] = gradient.x;
+        fit->gradient[1][k] = gradient.y;
+        fit->gradient[2][k] = gradient.z;
+        fit->sum[k] *= by;
+    }
+    for (int c = 0; c < 3; c++)
+        fit->first[c] *= by;
+    return true;
+}
+
+// Returns a number of a row at a point.
+static double fit_at(const AffineFit *fit, const int point[3], int k)
+{
+    double value = fit->sum[k];
+    for (int c = 0; c < 3; c++)
+        value += fit->gradient[c][k] * (point[c] - fit->origin[c] - fit->first[c]);
+    return value;
+}
+
+static bool is_in_block(const CutElement *block, const int point[3])
+{
+    bool in = true;
+    for (int d = 0; d < 3; d++)
+        in &= point[d] >= block->cell[d] && point[d] <= block->cell[d] + (1 << block->level);
+    return in;
+}
+
+// Fits the vertices that the children of an element had before it was merged in this change: those
+// that it has now, and those that ended.
+static void fit_merged(CutMasses *masses, int element)
+{
+    const CutLattice *lattice = masses->lattice;
+    const CutChanges *changes = &lattice->changes;
+    const CutElement *block = &lattice->element[element];
+    const int *node = cut_lattice_nodes(lattice, element);
+    AffineFit *fit = &masses->fit;
+    int point[3];
+    *fit = (AffineFit){.element = element};
+    memcpy(fit->origin, block->cell, sizeof fit->origin);
+    for (int n = 0; n < NODE_COUNT; n++) {
+        if (node[n] < 0 || cut_lattice_is_in_void(lattice, node[n]))
+            continue;
+        cut_lattice_point(lattice, node[n], point);
+        add_to_fit(masses, fit, node[n], point);
+    }
+    for (int i = 0; i < changes->ended_count; i++) {
+        cut_lattice_point(lattice, changes->ended[i].vertex, point);
+        if (is_in_block(block, point))
+            add_to_fit(masses, fit, changes->ended[i].vertex, point);
+    }
+    const bool solved = solve_fit(fit);
+    ASSERT(solved); // a cell has corners off any plane
+}
+
+// The points of an element that its children have: where they are, and what a merge leaves of them.
+typedef struct MergePoints {
+    int vertex[27]; // of the children, x + 3 y + 9 z; -1: none
+    bool stays[27]; // at a corner, or needed by a smaller element beside
+} MergePoints;
+
+static void find_merge_points(const CutLattice *lattice, int element, MergePoints *out)
+{
+    const CutElement *block = &lattice->element[element];
+    memset(out->vertex, -1, sizeof out->vertex);
+    for (int c = 0; c < 8; c++) {
+        const int child = cut_lattice_child(lattice, element, c);
+        for (int k = 0; k < NODE_CORNERS && child >= 0; k++) {
+            int at = 0;
+            for (int d = 2; d >= 0; d--)
+                at = 3 * at + (c >> d & 1) + (k >> d & 1);
+            out->vertex[at] = cut_lattice_nodes(lattice, child)[k];
+        }
+    }
+    for (int at = 0; at < 27; at++) {
+        int point[3], leaf[8], step[3] = {at % 3, at / 3 % 3, at / 9};
+        out->stays[at] = step[0] != 1 && step[1] != 1 && step[2] != 1;
+        if (out->vertex[at] < 0 || out->stays[at])
+            continue;
+        for (int d = 0; d < 3; d++)
+            point[d] = block->cell[d] + (step[d] << block->level >> 1);
+        cut_lattice_around(lattice, point, leaf);
+        for (int s = 0; s < 8; s++)
+            out->stays[at] |= leaf[s] >= 0 && lattice->element[leaf[s]].level < block->level &&
+                              lattice->element[leaf[s]].parent != element;
+    }
+}
+
+double cut_masses_residual(const CutMasses *masses, int element)
+{
+    const CutLattice *lattice = masses->lattice;
+    const CutElement *block = &lattice->element[element];
+    const Rows *rows = &masses->vertices->rows;
+    const void *row = vertices_row(masses->vertices);
+    MergePoints points;
+    AffineFit fit = {.element = element};
+    Vec3 value[27];
+    int point[3];
+    memcpy(fit.origin, block->cell, sizeof fit.origin);
+    find_merge_points(lattice, element, &points);
+    for (int at = 0; at < 27; at++) {
+        if (points.vertex[at] < 0)
+            continue;
+        value[at] = rows_vector(rows, row, points.vertex[at], 0);
+        cut_lattice_point(lattice, points.vertex[at], point);
+        add_to_fit(masses, &fit, points.vertex[at], point);
+    }
+    if (!solve_fit(&fit))
+        return (double)INFINITY;
+    unsigned there = 0;
+    for (int at = 0; at < 27; at++) {
+        const int step[3] = {at % 3, at / 3 % 3, at / 9};
+        const bool corner = step[0] != 1 && step[1] != 1 && step[2] != 1;
+        there |= (unsigned)(points.stays[at] && points.vertex[at] >= 0) << at;
+        for (int d = 0; d < 3; d++)
+            point[d] = block->cell[d] + (step[d] << block->level >> 1);
+        if (corner && points.vertex[at] < 0)
+            value[at] =
+                vec3(fit_at(&fit, point, 0), fit_at(&fit, point, 1), fit_at(&fit, point, 2));
+    }
+    Vec3 map[27];
+    memcpy(map, value, sizeof map);
+    cut_fill_middles(map, there);
+    double most = 0.0;
+    for (int at = 0; at < 27; at++)
+        if (points.vertex[at] >= 0 && !points.stays[at]) {
+            const Vec3 away = vec3_sub(value[at], map[at]);
+            most = fmax(most, vec3_dot(away, away));
+        }
+    return sqrt(most) / masses->size;
+}
+
+static void extrapolate(CutMasses *masses, const CutBirth *birth, const int point[3])
+{
+    Vertices *vertices = masses->vertices;
+    if (masses->fit.element != birth->extrapolated)
+        fit_merged(masses, birth->extrapolated);
+    for (int k = 0; k < ROW; k++)
+        rows_put(&vertices->rows, vertices->row[vertices->current], (long)birth->vertex * ROW + k,
+                 fit_at(&masses->fit, point, k));
+}
+
+// A vertex that ended belongs to the group of the element that was around it.
+static void touch_ended(CutMasses *masses, const CutEnd *end)
+{
+    const CutLattice *lattice = masses->lattice;
+    const CutElement *element = &lattice->element[end->element];
+    const int leaf = lattice->divided[end->element] ? element->child : end->element;
+    const int near = cut_lattice_nodes(lattice, leaf)[0];
+    touch(masses, end->vertex);
+    if (masses->group[near] >= 0)
+        union_find_join(masses->group, near, end->vertex);
+}
+
+// A free row is at rest, at no place.
+static void clear_row(CutMasses *masses, int vertex)
+{
+    Vertices *vertices = masses->vertices;
+    for (int c = 0; c < ROW; c++)
+        rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);
+}
+
 // Sets the row of a new vertex to the mean of its parents: displacements are interpolated like
-// positions.
+// positions. One that was carried is there already.
 static void bear(CutMasses *masses, const CutBirth *birth)
 {
     Vertices *vertices = masses->vertices;
@@ -140,6 +391,12 @@ static void bear(CutMasses *masses, const CutBirth *birth)
     cut_lattice_point(masses->lattice, birth->vertex, point);
     set_rest(masses, birth->vertex, point);
     vertices->mass[birth->vertex] = 0.0;
+    if (birth->carried)
+        return;
+    if (birth->parent_count == 0) {
+        extrapolate(masses, birth, point);
+        return;
+    }
     // Position and velocity are the parents' means.
     const double share = 1.0 / birth->parent_count;
     for (int c = 0; c < ROW; c++) {
@@ -148,11 +405,6 @@ static void bear(CutMasses *masses, const CutBirth *birth)
             sum += rows_get(rows, row, (long)birth->parent[p] * ROW + c);
         rows_put(rows, row, (long)birth->vertex * ROW + c, share * sum);
     }
-}
-
-static bool is_free(const CutMasses *masses, int vertex)
-{
-    return rows_get(&masses->vertices->rows, masses->vertices->inverse_mass, vertex) != 0.0;
 }
 
 // Stops new vertices where vertices are fixed: they would keep their parents' velocity for ever.
@@ -188,15 +440,23 @@ static Vec3 position_of(const CutMasses *masses, const void *row, int vertex)
     return vec3_add(vec3(rest[0], rest[1], rest[2]), rows_vector(rows, row, vertex, 0));
 }
 
+// True if a vertex that could move has ended in this change.
+static bool has_ended(const CutMasses *masses, int vertex)
+{
+    return masses->vertices->mass[vertex] == 0.0 && masses->mass_before[vertex] > 0.0;
+}
+
 static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
 {
     Momentum sum = {.mass = 0.0};
+    bool begun = false;
     for (int i = group; i >= 0; i = masses->next[i]) {
-        if (!is_free(masses, i))
+        if (!is_free(masses, i) && !has_ended(masses, i))
             continue;
         // About the first vertex, against cancellation far from the origin.
-        if (sum.mass == 0.0)
+        if (!begun)
             sum.origin = position_of(masses, row, i);
+        begun = true;
         // What the exchange of masses has added counts.
         const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
         const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
@@ -238,6 +498,86 @@ static Vec3 spin_for(const Momentum *sum, Vec3 center, Vec3 moment)
     return spin;
 }
 
+// Returns the weights by which the vertices of the merged element carry one that ended.
+static int weights_of_ended(const CutMasses *masses, int vertex, FitWeight weight[NODE_COUNT])
+{
+    int point[3];
+    cut_lattice_point(masses->lattice, vertex, point);
+    return cut_carry_weights_at(masses->lattice, masses->last[vertex], point, weight);
+}
+
+// Hands what the ended vertices of a group are beyond the map of the merged elements, in place and
+// velocity, to the vertices of these in proportion to their weights: a motion that the elements can
+// follow stays, and the centre of mass and its velocity too, as far as the masses are those of the
+// map.
+static void hand_over(const CutMasses *masses, void *row, int group)
+{
+    const Vertices *vertices = masses->vertices;
+    const Rows *rows = &vertices->rows;
+    FitWeight weight[NODE_COUNT];
+    // All differences first, in the rows of those that ended.
+    for (int i = group; i >= 0; i = masses->next[i]) {
+        if (!has_ended(masses, i))
+            continue;
+        const int count = weights_of_ended(masses, i, weight);
+        for (int c = 0; c < ROW; c++) {
+            double beyond = rows_get(rows, row, (long)i * ROW + c);
+            for (int w = 0; w < count; w++)
+                beyond -= weight[w].weight * rows_get(rows, row, (long)weight[w].vertex * ROW + c);
+            rows_put(rows, row, (long)i * ROW + c, beyond);
+        }
+    }
+    for (int i = group; i >= 0; i = masses->next[i]) {
+        if (!has_ended(masses, i))
+            continue;
+        const int count = weights_of_ended(masses, i, weight);
+        for (int w = 0; w < count; w++) {
+            const int to = weight[w].vertex;
+            if (!is_free(masses, to))
+                continue;
+            const double share = weight[w].weight * masses->mass_before[i] / vertices->mass[to];
+            for (int c = 0; c < ROW; c++)
+                rows_put(rows, row, (long)to * ROW + c,
+                         rows_get(rows, row, (long)to * ROW + c) +
+                             share * rows_get(rows, row, (long)i * ROW + c));
+        }
+    }
+}
+
+// Hands over what ended in a group; returns the momentum that this and the change of masses added.
+static Momentum merge_momentum(const CutMasses *masses, void *row, int group)
+{
+    Momentum sum = {.mass = 0.0};
+    bool begun = false;
+    // Before: new vertices had no mass.
+    for (int i = group; i >= 0; i = masses->next[i]) {
+        const double mass = masses->mass_before[i];
+        if (!is_free(masses, i) && !has_ended(masses, i))
+            continue;
+        if (!begun)
+            sum.origin = position_of(masses, row, i);
+        begun = true;
+        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
+        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
+        sum.linear = vec3_madd(sum.linear, -mass, v);
+        sum.angular = vec3_madd(sum.angular, -mass, vec3_cross(x, v));
+    }
+    hand_over(masses, row, group);
+    for (int i = group; i >= 0; i = masses->next[i]) {
+        const double mass = masses->vertices->mass[i];
+        if (!is_free(masses, i))
+            continue;
+        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
+        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
+        sum.mass += mass;
+        sum.first = vec3_madd(sum.first, mass, x);
+        sum.second = sym3_madd(sum.second, mass, sym3_outer(1.0, x));
+        sum.linear = vec3_madd(sum.linear, mass, v);
+        sum.angular = vec3_madd(sum.angular, mass, vec3_cross(x, v));
+    }
+    return sum;
+}
+
 // Restores the momentum of a group. A division interpolates velocities and redistributes masses:
 // linear momentum changes slightly where elements have hanging vertices, angular momentum too. The
 // difference is returned to the same vertices as a rigid motion, which deforms nothing.
@@ -245,7 +585,9 @@ static void repair_momentum(const CutMasses *masses, int group)
 {
     const Rows *rows = &masses->vertices->rows;
     void *row = masses->vertices->row[masses->vertices->current];
-    const Momentum sum = momentum_of(masses, row, group);
+    const bool merged = masses->lattice->changes.merged_count > 0;
+    const Momentum sum =
+        merged ? merge_momentum(masses, row, group) : momentum_of(masses, row, group);
     if (!(sum.mass > 0.0))
         return;
     // The rigid motion that takes the difference back.
@@ -282,6 +624,10 @@ static void repair_groups(CutMasses *masses)
         masses->next[masses->last[group]] = vertex;
         masses->last[group] = vertex;
     }
+    // Of ended ones `last` is the element that carries them.
+    const CutChanges *changes = &masses->lattice->changes;
+    for (int i = 0; i < changes->ended_count; i++)
+        masses->last[changes->ended[i].vertex] = changes->ended[i].element;
     for (int t = 0; t < masses->touched_count; t++)
         if (masses->group[masses->touched[t]] == masses->touched[t])
             repair_momentum(masses, masses->touched[t]);
@@ -295,6 +641,7 @@ void cut_masses_follow(CutMasses *masses, bool divided)
     const CutChanges *changes = &lattice->changes;
     // Births first: parents come before children.
     vertices_set_count(masses->vertices, cut_lattice_used(lattice));
+    masses->fit.element = -1;
     for (int b = 0; b < changes->birth_count; b++)
         bear(masses, &changes->birth[b]);
     masses->touched_count = 0;
@@ -312,13 +659,21 @@ void cut_masses_follow(CutMasses *masses, bool divided)
         }
     for (int i = 0; i < changes->lost_count; i++)
         touch(masses, changes->lost[i]);
+    const int first_ended = masses->touched_count;
+    for (int i = 0; i < changes->ended_count; i++)
+        touch_ended(masses, &changes->ended[i]);
     // All shares are known now.
-    for (int t = 0; t < masses->touched_count; t++)
+    for (int t = 0; t < first_ended; t++)
         set_mass(masses, masses->touched[t]);
+    for (int t = first_ended; t < masses->touched_count; t++)
+        vertices_put_mass(masses->vertices, masses->touched[t], 0.0, true);
     stop_fixed(masses);
     // Only divisions interpolate, and so change momentum.
     if (divided)
         repair_groups(masses);
+    for (int i = 0; i < changes->ended_count; i++)
+        if (!cut_lattice_is_kept(lattice, changes->ended[i].vertex))
+            clear_row(masses, changes->ended[i].vertex);
     for (int t = 0; t < masses->touched_count; t++)
         masses->group[masses->touched[t]] = -1;
 }
@@ -332,8 +687,10 @@ void cut_masses_derive(CutMasses *masses)
     masses->retired_count = 0;
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
         int point[3];
-        cut_lattice_point(lattice, v, point);
-        set_rest(masses, v, point);
+        if (lattice->vertex_id[v] >= 0) {
+            cut_lattice_point(lattice, v, point);
+            set_rest(masses, v, point);
+        }
         set_mass(masses, v);
     }
 }

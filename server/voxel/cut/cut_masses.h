@@ -5,9 +5,18 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_MASSES_H
 #define PLIANT_VOXEL_CUT_CUT_MASSES_H
 
+#include "base/sym3.h"
 #include "body/vertices.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/template.h"
+
+// The best affine fit of rows to their points, in cells.
+typedef struct AffineFit {
+    int element, origin[3];
+    double count, first[3]; // of the points; first: their mean, once solved
+    Sym3 second;
+    double sum[8], moment[3][8], gradient[3][8]; // of each number of a row; sum: the mean
+} AffineFit;
 
 typedef struct CutMasses {
     // --- constant ---
@@ -26,6 +35,9 @@ typedef struct CutMasses {
     double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: the part of its mass at
                                  // each node's vertex [kg]
 
+    double *node_mass; // [vertex_capacity] that contacts see: of the finest cells of a vertex's
+                       // part, whatever the leaves. The vertices' own unless the body adapts
+
     int *retired, retired_count; // vertices without elements; NULL: cells cannot go
 
     // --- within a change ---
@@ -35,15 +47,21 @@ typedef struct CutMasses {
     int *next, *last;    // [vertex] next of the group; last one of a group, by its lowest
     double *mass_before; // [vertex] of touched ones
     int touched_count;
+    AffineFit fit; // of the element whose corner came last
 } CutMasses;
 
 // Allocates the other fields after the constant ones are set.
 void cut_masses_create(CutMasses *masses, const char *name, Arena *arena);
 // Updates rows, rest positions and masses after changes of the lattice. `divided`: with divisions
-// among them, after which linear and angular momentum of the vertices around are restored, for each
-// group of connected elements.
+// or merges among them, after which linear and angular momentum of the vertices around are
+// restored, for each group of connected elements.
 void cut_masses_follow(CutMasses *masses, bool divided);
 // Recomputes rest positions and masses of all vertices; rows stay.
 void cut_masses_derive(CutMasses *masses);
+// True if a vertex is fixed: a carried one, if its point is.
+bool cut_masses_is_fixed(const CutMasses *masses, int vertex);
+// Returns the largest distance by which a merge of an element that can merge would move a vertex of
+// its children, in cells: from where its own vertices take it.
+double cut_masses_residual(const CutMasses *masses, int element);
 
 #endif
