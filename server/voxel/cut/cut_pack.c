@@ -125,9 +125,43 @@ typedef struct Turns {
 
 static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0}, NO_STRAIN[RELAXATION_NUMBERS];
 
+static int count_cells(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    if (of->whole)
+        return 1 << 3 * of->level;
+    int cells = 0;
+    for (int k = 0; k < __builtin_popcount(of->children); k++)
+        cells += count_cells(lattice, of->child + k);
+    return cells;
+}
+
+// A merged element has no rotation, and the mean of its children's strains by their volume.
+static void take_mean(const CutWindows *windows, int element, Turns *turns)
+{
+    const CutLattice *lattice = windows->lattice;
+    const CutElement *of = &lattice->element[element];
+    memcpy(turns->turn[element - turns->base], NO_TURN, sizeof NO_TURN);
+    if (windows->strain == NULL)
+        return;
+    double *mean = windows->strain[element - turns->base], strain[RELAXATION_NUMBERS];
+    const double by = 1.0 / count_cells(lattice, element);
+    memset(mean, 0, sizeof strain);
+    for (int k = 0; k < __builtin_popcount(of->children); k++) {
+        memset(strain, 0, sizeof strain);
+        relaxation_take(windows->runs.relaxation, windows->lane[of->child + k], strain);
+        for (int n = 0; n < RELAXATION_NUMBERS; n++)
+            mean[n] += by * count_cells(lattice, of->child + k) * strain[n];
+    }
+}
+
 // Stores what an element, or the element from which it was divided, remembers.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
+    if (windows->lane[element] < 0 && windows->lattice->changes.merged_count > 0) {
+        take_mean(windows, element, turns);
+        return;
+    }
     int from = element;
     while (from >= 0 && windows->lane[from] < 0)
         from = windows->lattice->element[from].parent;

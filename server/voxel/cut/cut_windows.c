@@ -268,17 +268,20 @@ static void mark(CutWindows *windows, int window, int *count)
     windows->changed[k] = window;
 }
 
-// Windows are numbered by level: the finer ones are packed first.
+// Windows are numbered by level. The finer ones are packed first, before the elements that were
+// divided lose their lanes; after merges the coarser ones.
 void cut_windows_update(CutWindows *windows)
 {
     const CutChanges *changes = &windows->lattice->changes;
     int count = 0;
     for (int k = 0; k < changes->element_count; k++)
         mark(windows, windows->lattice->window_of[changes->element[k]], &count);
+    const bool merged = changes->merged_count > 0;
     for (int k = 0, group = -1; k < count; k++) {
-        if (windows->group_of[windows->changed[k]] == group)
+        const int window = windows->changed[merged ? count - 1 - k : k];
+        if (windows->group_of[window] == group)
             continue;
-        group = windows->group_of[windows->changed[k]];
+        group = windows->group_of[window];
         cut_pack(windows, group, true);
     }
     for (int k = 0; k < count; k++)

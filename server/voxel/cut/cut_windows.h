@@ -107,7 +107,8 @@ static inline int cut_windows_class(const CutWindows *windows, int element)
 void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena *arena,
                         StateList *state);
 // Updates the batches from the lattice's list of changes. Elements keep their rotations; children
-// inherit that of the divided element.
+// inherit that of the divided element; one that merged has none, and the mean strain of its
+// children's branches.
 void cut_windows_update(CutWindows *windows);
 // Rebuilds the batches after the state list was restored and the lattice derived. The state must be
 // one that cut_lattice_derive accepts.
@@ -121,7 +122,7 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
 // Packs the group's windows whose is_changed is set, and what they and the others leave to the
 // group. `turns`: rotations move along with their elements, from their previous lanes; otherwise
 // `last` stays. Pack groups with finer elements first, so that leaves still find the rotation of
-// the element from which they were divided.
+// the element from which they were divided; after merges those with coarser ones.
 void cut_pack(CutWindows *windows, int group, bool turns);
 
 #endif
