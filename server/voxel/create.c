@@ -308,13 +308,18 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
 }
 
 // Creates the frame that follows a floating body, weighted by the masses.
-static void create_frame(Vertices *vertices, const char *name, Arena *arena, StateList *state)
+static void create_frame(Vertices *vertices, const VoxelCuts *cuts, const char *name, Arena *arena,
+                         StateList *state)
 {
     Rows *rows = &vertices->rows;
     if (!rows->floating)
         return;
     double *weight = ALLOCATE(ARENA_STEP, rows->count, double, "frame weights");
-    memcpy(weight, vertices->mass, (size_t)vertices->count * sizeof *weight);
+    // Of a body that adapts those that it always has: the shown ones.
+    for (int v = 0; v < vertices->count; v++)
+        weight[v] = cuts == NULL || !cuts->lattice.adapts    ? vertices->mass[v]
+                    : cut_lattice_is_kept(&cuts->lattice, v) ? cuts->masses.node_mass[v]
+                                                             : 0.0;
     rows->rigid = rigid_frame_create(name, rows->precision, true, rows->count,
                                      (const double(*)[3])rows->rest, weight, arena, state);
 }
@@ -384,7 +389,7 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
     create_vertices(model, making, name, arena, state);
     if (cuttable)
         cut_body_create_masses(model, making, arena);
-    create_frame(&model->vertices, name, arena, state);
+    create_frame(&model->vertices, model->cuts, name, arena, state);
     if (cuttable)
         cut_body_create_batches(model, making, arena, state);
     else

@@ -50,6 +50,11 @@ static void evaluate_all(const VoxelModel *model, const VoxelPass *pass)
         team_run(model->vertices.team, evaluate_halves, &shared, 2);
 }
 
+static bool carries(const VoxelModel *model)
+{
+    return model->cuts != NULL && model->cuts->carry != NULL;
+}
+
 // Computes the forces of all elements, then advances the vertices.
 static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
 {
@@ -57,6 +62,8 @@ static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
     Vertices *vertices = &model->vertices;
     const double *g = vertices->parameters->gravity;
     vertices_begin(vertices);
+    if (carries(model))
+        cut_body_carry_loads(model);
     if (model->cuts != NULL)
         cut_body_feel(model->cuts);
     VoxelPass pass = voxel_pass(model, vertices->present);
@@ -75,7 +82,7 @@ static bool voxel_commit(void *self)
     const bool good = vertices_commit(&model->vertices);
     if (good && model->batches->relaxation != NULL)
         relaxation_commit(model->batches->relaxation);
-    if (good && model->cuts != NULL && model->vertices.rows.floating)
+    if (good && model->cuts != NULL)
         cut_body_committed(model->cuts);
     return good;
 }
@@ -138,12 +145,31 @@ static void voxel_fit_node(const void *self, int node, int64_t step, FitNode *ou
         fitted_node(model->fitted, &model->vertices.rows, node, out);
 }
 
+static void voxel_add_forces(void *self, const int *node, int count, const Vec3 *force)
+{
+    if (carries(self))
+        cut_body_add_forces(self, node, count, force);
+    else
+        vertices_add_forces(self, node, count, force);
+}
+
+static bool voxel_is_fixed(const void *self, int node)
+{
+    const VoxelModel *model = self;
+    return carries(model) ? cut_masses_is_fixed(&model->cuts->masses, node)
+                          : vertices_is_fixed(self, node);
+}
+
 static void voxel_kick_nodes(void *self, const int *node, int count, const Vec3 *impulse, double h,
                              double drift)
 {
     VoxelModel *model = self;
+    const bool some = carries(model);
     for (int i = 0; i < count; i++)
-        vertices_kick(&model->vertices, node[i], impulse[i], drift);
+        if (some)
+            cut_body_kick(model, node[i], impulse[i], drift);
+        else
+            vertices_kick(&model->vertices, node[i], impulse[i], drift);
     if (model->cuts != NULL)
         cut_body_feel_kick(model->cuts, node, count, impulse, h);
 }
@@ -246,11 +272,11 @@ static const char *voxel_isa(const void *self)
     .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate, .commit = voxel_commit, \
     .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
     .read_nodes = vertices_read_nodes, .bound_motion = vertices_bound_motion,                      \
-    .fit_node = voxel_fit_node, .add_forces = vertices_add_forces, .kick_nodes = voxel_kick_nodes, \
+    .fit_node = voxel_fit_node, .add_forces = voxel_add_forces, .kick_nodes = voxel_kick_nodes,    \
     .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \
     .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \
-    .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = vertices_is_fixed,    \
+    .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,       \
     .gather_patch = voxel_gather_patch, .set = vertices_set, .get = vertices_get,                  \
     .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \

@@ -19,6 +19,8 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
                      TopologyChange *change)
 {
     cut_masses_follow(&cuts->masses, divided);
+    if (cuts->carry != NULL)
+        cut_carry_follow(cuts->carry, cuts->masses.touched, cuts->masses.touched_count);
     cut_windows_update(&cuts->windows);
     bool shown = cut_faces_follow(&cuts->faces, pieces_came, body, change);
     if (cuts->fit != NULL)
@@ -153,6 +155,8 @@ static bool derive(VoxelCuts *cuts, Body *body)
     if (!cut_lattice_derive(&cuts->lattice))
         return false;
     cut_masses_derive(&cuts->masses);
+    if (cuts->carry != NULL)
+        cut_carry_derive(cuts->carry);
     const bool heat = cuts->heat == NULL || cut_heat_derive(cuts->heat);
     if (cuts->heat != NULL)
         set_bounds(cuts, body);
@@ -191,8 +195,57 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
 void cut_body_committed(VoxelCuts *cuts)
 {
     const CutMasses *masses = &cuts->masses;
-    for (int k = 0; k < masses->retired_count; k++)
-        vertices_retire(masses->vertices, masses->retired[k]);
+    Vertices *vertices = masses->vertices;
+    for (int k = 0; k < masses->retired_count && vertices->rows.floating; k++)
+        vertices_retire(vertices, masses->retired[k]);
+    if (cuts->carry != NULL)
+        cut_carry_update(cuts->carry, vertices->row[vertices->current]);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What acts on vertices that others carry
+
+void cut_body_add_forces(VoxelModel *model, const int *vertex, int count, const Vec3 *force)
+{
+    const CutCarry *carry = model->cuts->carry;
+    FitWeight weight[NODE_COUNT];
+    for (int i = 0; i < count; i++) {
+        if (!cut_lattice_is_carried(carry->lattice, vertex[i])) {
+            vertices_add_force(&model->vertices, vertex[i], force[i]);
+            continue;
+        }
+        const int carriers = cut_carry_weights(carry, vertex[i], weight);
+        for (int w = 0; w < carriers; w++)
+            vertices_add_force(&model->vertices, weight[w].vertex,
+                               vec3_scale(weight[w].weight, force[i]));
+    }
+}
+
+void cut_body_carry_loads(VoxelModel *model)
+{
+    const Vertices *vertices = &model->vertices;
+    for (int k = 0; k < vertices->loaded_count; k++) {
+        const int vertex = vertices->loaded[k];
+        const double *load = vertices->load[vertex];
+        const Vec3 force = {load[0], load[1], load[2]};
+        if (!cut_lattice_is_carried(&model->cuts->lattice, vertex))
+            continue;
+        cut_body_add_forces(model, &vertex, 1, &force);
+    }
+}
+
+void cut_body_kick(VoxelModel *model, int vertex, Vec3 impulse, double drift)
+{
+    const CutCarry *carry = model->cuts->carry;
+    FitWeight weight[NODE_COUNT];
+    if (!cut_lattice_is_carried(carry->lattice, vertex)) {
+        vertices_kick(&model->vertices, vertex, impulse, drift);
+        return;
+    }
+    const int carriers = cut_carry_weights(carry, vertex, weight);
+    for (int w = 0; w < carriers; w++)
+        vertices_kick(&model->vertices, weight[w].vertex, vec3_scale(weight[w].weight, impulse),
+                      drift);
 }
 
 void cut_body_feel(VoxelCuts *cuts)
@@ -372,6 +425,9 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
         template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     if (!cut_lattice_create(&cuts->lattice, making, arena, state, status))
         return false;
+    // At rest nothing needs to be fine. What starts deformed merges as it comes to rest.
+    if (cuts->lattice.adapts && options->body.initial_position == NULL)
+        cut_lattice_coarsen(&cuts->lattice);
     if (making->options->heats) {
         cuts->heat = ALLOCATE(ARENA_STEP, 1, CutHeat, "heat");
         cut_heat_create(cuts->heat, name, &cuts->lattice, making, arena, state);
@@ -383,10 +439,11 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
 // What follows from elements and vertices
 
 // Returns the masses of all elements that can ever come, by level and material.
-static const double *masses_of(const VoxelMaking *making, const char *name, Arena *arena)
+static const double *masses_of(const VoxelMaking *making, int levels, const char *name,
+                               Arena *arena)
 {
     const VoxelOptions *options = making->options;
-    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    const int materials = options->material_count, count = materials * (levels + 1);
     double *mass = ALLOCATE(ARENA_TOPOLOGY, count, double, "element masses");
     for (int c = 0; c < count; c++) {
         const double edge = options->lattice->size * (double)(1 << c / materials);
@@ -396,10 +453,11 @@ static const double *masses_of(const VoxelMaking *making, const char *name, Aren
 }
 
 // Returns their classes; behind them those of coagulated ones, if there can be any.
-static const ElementClass *classes_of(const VoxelMaking *making, const char *name, Arena *arena)
+static const ElementClass *classes_of(const VoxelMaking *making, int levels, const char *name,
+                                      Arena *arena)
 {
     const VoxelOptions *options = making->options;
-    const int materials = options->material_count, count = materials * (making->layout.levels + 1);
+    const int materials = options->material_count, count = materials * (levels + 1);
     const int all = options->heats ? 2 * count : count;
     ElementClass *classes = ALLOCATE(ARENA_STEP, all, ElementClass, "element classes");
     Template plain;
@@ -434,11 +492,16 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
     for (int d = 0; d < 3; d++)
         masses->middle[d] = 0.5 * making->options->lattice->count[d];
     // By material and level, and where the body is fixed.
-    masses->mass = masses_of(making, name, arena);
+    masses->mass = masses_of(making, masses->lattice->levels, name, arena);
     masses->material_count = making->options->material_count;
     masses->held = hold(making, name, arena);
     cut_masses_create(masses, name, arena);
     cut_masses_derive(masses);
+    if (!masses->lattice->adapts)
+        return;
+    model->vertices.rows.owner = masses->lattice->vertex_id; // negative ids are free rows
+    model->cuts->carry = ALLOCATE(ARENA_STEP, 1, CutCarry, "carried vertices");
+    cut_carry_create(model->cuts->carry, masses->lattice, &model->vertices, name, arena);
 }
 
 void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,
@@ -450,7 +513,8 @@ void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena
                                    .lattice = &cuts->lattice,
                                    .templates = &cuts->templates,
                                    .material_count = making->options->material_count,
-                                   .classes = classes_of(making, cuts->name, arena),
+                                   .classes =
+                                       classes_of(making, cuts->lattice.levels, cuts->name, arena),
                                    .stiff = cuts->heat != NULL ? cuts->heat->stiff : NULL,
                                    .branch_count = making->options->branch_count,
                                    .branch = making->options->branch};
@@ -479,7 +543,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     cut_account_create(&cuts->account, &cuts->pieces, making, cuts->masses.held, arena, state);
     cut_blades_create(&cuts->blades, cuts->name, &cuts->lattice, &model->vertices.rows,
                       options->lattice->size, arena);
-    if (!cut_faces_create(&cuts->faces, &cuts->pieces, &model->vertices, making, body, arena, state,
+    if (!cut_faces_create(&cuts->faces, &cuts->pieces, &cuts->masses, making, body, arena, state,
                           status))
         return false;
     if (options->field != NULL && !options->publish_all) {

@@ -6,6 +6,7 @@
 
 #include "voxel/cut/cut_account.h"
 #include "voxel/cut/cut_blade.h"
+#include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_faces.h"
 #include "voxel/cut/cut_fit.h"
 #include "voxel/cut/cut_heat.h"
@@ -23,6 +24,7 @@ typedef struct VoxelCuts {
     TemplateCache templates;
     CutWindows windows;
     CutMasses masses;
+    CutCarry *carry; // of a body that adapts, or NULL
     CutPieces pieces;
     CutAccount account;
     CutFaces faces;
@@ -47,18 +49,25 @@ bool cut_body_conduct(Body *body, double tick, bool *shown);
 bool cut_body_reconstruct(Body *body, TopologyChange *change);
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 
-// Updates all data derived from elements and vertices. True if anything visible changed.
+// Updates all data derived from elements and vertices. True if anything visible changed. `divided`:
+// with divisions or merges.
 bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
                      TopologyChange *change);
 
 // --- parts of operations that all voxel bodies have ---
-// Keeps vertices without elements in their place, after the frame has followed the body.
+// Keeps vertices without elements in their place, after the frame has followed the body, and brings
+// carried ones to theirs.
 void cut_body_committed(VoxelCuts *cuts);
 // Records what pushes from outside; after vertices_begin.
 void cut_body_feel(VoxelCuts *cuts);
 // The same of impulses [N s] of a substep h [s] on some vertices.
 void cut_body_feel_kick(VoxelCuts *cuts, const int *vertex, int count, const Vec3 *impulse,
                         double h);
+// Forces [N], constant loads and impulses [N s] at vertices, of which some are carried: these go on
+// to those that carry them. Forces and loads: before an evaluation; impulses: after it.
+void cut_body_add_forces(VoxelModel *model, const int *vertex, int count, const Vec3 *force);
+void cut_body_carry_loads(VoxelModel *model);
+void cut_body_kick(VoxelModel *model, int vertex, Vec3 impulse, double drift);
 // Cuts stay: broken bits are no numbers that a reset restores.
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode);
 // After the state list was restored: derives everything that follows from it.

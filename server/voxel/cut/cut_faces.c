@@ -4,6 +4,7 @@
 #include "voxel/cut/cut_faces.h"
 
 #include "base/check.h"
+#include "voxel/cut/cut_carry.h"
 #include "voxel/lattice_faces.h"
 
 #include <math.h>
@@ -28,7 +29,7 @@ static int joined_to(const void *cells, int cell, int direction)
 
 bool cut_faces_is_shown(const CutLattice *lattice, int cell, int direction)
 {
-    return cut_lattice_is_leaf(lattice, cell) && joined_to(lattice, cell, direction) < 0;
+    return !cut_lattice_is_gone(lattice, cell) && joined_to(lattice, cell, direction) < 0;
 }
 
 void cut_faces_join_square(CutFaces *faces, int square)
@@ -90,7 +91,7 @@ void cut_faces_add_slot(CutFaces *faces, int vertex)
 void cut_faces_describe_slot(CutFaces *faces, int slot)
 {
     const int vertex = faces->slot_vertex[slot], from = faces->copied_from[vertex];
-    const bool gone = faces->lattice->anchor[vertex] < 0;
+    const bool gone = faces->cell_of[vertex] < 0;
     const int id = gone ? -1 : faces->lattice->vertex_id[vertex];
     faces->slot_of[vertex] = slot;
     faces->id[slot] = faces->parent[slot][0] = faces->parent[slot][1] = id;
@@ -112,7 +113,7 @@ static int corner_vertex(const CutFaces *faces, int face, int corner)
 {
     const int code = faces->square[face / 2];
     const int k = corner == 0 ? 0 : corner + face % 2;
-    return faces->lattice->corner[code / 6][SQUARE_CORNER[code % 6][k]];
+    return cut_carry_corner(faces->lattice, code / 6, SQUARE_CORNER[code % 6][k]);
 }
 
 void cut_faces_enter_square(CutFaces *faces, int square)
@@ -148,7 +149,7 @@ static bool follow_corners(CutFaces *faces, int square)
 
 static double mass_per_area(const CutFaces *faces, int vertex)
 {
-    return faces->vertices->mass[vertex] / (3.0 * faces->node_area[vertex]);
+    return faces->masses->node_mass[vertex] / (3.0 * faces->node_area[vertex]);
 }
 
 // Sets the firmness as contact_set_stiffness does, but relative to a constant mass per area, so
@@ -158,7 +159,7 @@ static void set_node_firmness(CutFaces *faces, int vertex)
     double firmness = 1.0;
     if (faces->node_area[vertex] > 0.0) {
         firmness = mass_per_area(faces, vertex) / faces->least_firm;
-        if (vertices_is_fixed(faces->vertices, vertex))
+        if (cut_masses_is_fixed(faces->masses, vertex))
             firmness = fmax(1.0, firmness);
     }
     faces->node_firmness[vertex] = firmness;
@@ -170,7 +171,7 @@ static void set_face_firmness(CutFaces *faces, int face)
     for (int c = 0; c < 3; c++) {
         const int vertex = faces->face[face][c];
         of_all = fmin(of_all, faces->node_firmness[vertex]);
-        if (!vertices_is_fixed(faces->vertices, vertex))
+        if (!cut_masses_is_fixed(faces->masses, vertex))
             of_free = fmin(of_free, faces->node_firmness[vertex]);
     }
     faces->face_firmness[face] = of_free < (double)INFINITY ? of_free : of_all;
@@ -189,9 +190,9 @@ void cut_faces_find_least(CutFaces *faces)
     bool any_free = false;
     double least = (double)INFINITY;
     for (int i = 0; i < faces->vertex_count; i++)
-        any_free |= faces->node_area[i] > 0.0 && !vertices_is_fixed(faces->vertices, i);
+        any_free |= faces->node_area[i] > 0.0 && !cut_masses_is_fixed(faces->masses, i);
     for (int i = 0; i < faces->vertex_count; i++)
-        if (faces->node_area[i] > 0.0 && (!any_free || !vertices_is_fixed(faces->vertices, i)))
+        if (faces->node_area[i] > 0.0 && (!any_free || !cut_masses_is_fixed(faces->masses, i)))
             least = fmin(least, mass_per_area(faces, i));
     faces->least_firm = least;
 }
@@ -225,9 +226,10 @@ static int cell_of_vertex(const CutLattice *lattice, int vertex)
     const int slot = lattice->anchor[vertex];
     int point[3];
     cut_lattice_point(lattice, vertex, point);
-    return slot < 0 ? -1
-                    : cut_lattice_cell(lattice, point[0] - 1 + (slot & 1),
-                                       point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
+    return slot < 0 || slot >= 8
+               ? -1
+               : cut_lattice_cell(lattice, point[0] - 1 + (slot & 1),
+                                  point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
 }
 
 void cut_faces_enter_vertex(CutFaces *faces, int vertex)
@@ -245,17 +247,38 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     const CutChanges *changes = &faces->lattice->changes;
     for (int b = 0; b < changes->birth_count; b++) {
         const CutBirth *birth = &changes->birth[b];
-        const int last = birth->parent[birth->parent_count - 1];
-        // Whoever holds a node follows it to its parents.
-        faces->born[b] = (NodeBirth){birth->vertex, {birth->parent[0], last}};
+        if (birth->carried) // it was there
+            continue;
         faces->copied_from[birth->vertex] = birth->origin;
         cut_faces_enter_vertex(faces, birth->vertex);
-        if (faces->all)
+        if (faces->all && birth->vertex < *faces->slot_count) // a row that was free
+            cut_faces_describe_slot(faces, birth->vertex);
+        else if (faces->all)
             cut_faces_add_slot(faces, birth->vertex);
+        if (birth->parent_count == 0) // in void
+            continue;
+        // Whoever holds a node follows it to its parents.
+        const int last = birth->parent[birth->parent_count - 1];
+        faces->born[change->born_count++] = (NodeBirth){birth->vertex, {birth->parent[0], last}};
     }
     faces->vertex_count = cut_lattice_used(faces->lattice);
-    change->born_count = changes->birth_count;
     change->born = faces->born;
+}
+
+// Forgets freed vertices. They were inside, and had no faces.
+static void follow_ends(CutFaces *faces)
+{
+    const CutLattice *lattice = faces->lattice;
+    const CutChanges *changes = &lattice->changes;
+    for (int i = 0; i < changes->ended_count; i++) {
+        const int vertex = changes->ended[i].vertex;
+        if (cut_lattice_is_kept(lattice, vertex))
+            continue;
+        ASSERT(faces->start[vertex] == faces->end[vertex]);
+        faces->copied_from[vertex] = faces->cell_of[vertex] = -1;
+        if (faces->slot_of[vertex] >= 0)
+            cut_faces_describe_slot(faces, faces->slot_of[vertex]);
+    }
 }
 
 // Returns the lowest free square, else the next.
@@ -405,6 +428,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     const CutChanges *changes = &faces->lattice->changes;
     *change = (TopologyChange){.again = false};
     follow_births(faces, change);
+    follow_ends(faces);
     for (int f = 0; f < changes->face_count; f++) // the bit of faces listed again is not new
         faces->wall_count += faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 2;
     for (int f = 0; f < changes->face_count; f++)

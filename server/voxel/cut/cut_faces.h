@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The visible faces of a cuttable voxel body: a square, two triangles, for each side of a finest
-// cell (a leaf of level 0) beyond which there is void or a broken face. Each keeps its
+// cell beyond which there is void or an open face; in a body that adapts also where a larger leaf
+// covers the cell: the corners are carried then (cut_carry.h). Each keeps its
 // place, so that data stored by face or node stays valid; new ones take the lowest place that the
 // walls of cells that are gone have left, else the next. When vertices are duplicated the corners
 // of squares follow.
@@ -15,6 +16,7 @@
 
 #include "body/body.h"
 #include "body/vertices.h"
+#include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
 
 // Most triangles around a vertex: a part of n of the 8 cells around a point has at most n + 2
@@ -24,10 +26,11 @@ enum { CUT_NODE_FACES = 24 };
 typedef struct CutFaces {
     const CutLattice *lattice;
     const CutPieces *pieces;
-    const Vertices *vertices; // for masses and fixed vertices
-    double half;              // area of a triangle at rest [m2]
-    double least_firm;        // mass per area with firmness 1 [kg/m2]; constant
-    int cell_count;           // elements of level 0
+    const Vertices *vertices;
+    const CutMasses *masses; // for masses and fixed vertices
+    double half;             // area of a triangle at rest [m2]
+    double least_firm;       // mass per area with firmness 1 [kg/m2]; constant
+    int cell_count;          // elements of level 0
     int square_capacity, outer_squares;
     bool all; // slots are vertices
 
@@ -73,7 +76,7 @@ typedef struct CutFaces {
 // voxel_create_surface and voxel_create_mesh, in their order. `vertices` must have its masses and
 // fixed vertices; face_capacity of the options: most triangles, 0: ten times the outer ones, or all
 // that can exist. False with a status: the outer faces exceed the capacity.
-bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *vertices,
+bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const CutMasses *masses,
                       const VoxelMaking *making, Body *body, Arena *arena, StateList *state,
                       Status *status);
 // True if two squares for each of this many new broken faces are certain to fit; otherwise reports

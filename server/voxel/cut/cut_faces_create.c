@@ -126,8 +126,8 @@ static bool copies_are_valid(const CutFaces *faces)
         const int from = faces->copied_from[v];
         if (from == -1)
             continue;
-        // Copied from an earlier vertex at the same point.
-        if (from < 0 || from >= v)
+        // Copied from an earlier vertex at the same point; rows that were free are used again.
+        if (from < 0 || from == v || from >= (faces->lattice->adapts ? faces->vertex_count : v))
             return false;
         cut_lattice_point(faces->lattice, v, here);
         cut_lattice_point(faces->lattice, from, there);
@@ -188,7 +188,7 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
 static void list_outer(CutFaces *faces, const Layout *layout, int surface_count)
 {
     for (int e = 0; e < layout->leaf_count && layout->leaf[e].level == 0; e++) {
-        // Squares in the order of the uncut body's faces.
+        // Squares in the order of the uncut body's faces; its leaves may have merged since.
         const int *at = layout->leaf[e].cell;
         const int cell = cut_lattice_cell(faces->lattice, at[0], at[1], at[2]);
         for (int d = 0; d < SQUARE_DIRECTIONS; d++)
@@ -302,7 +302,7 @@ static void describe(CutFaces *faces, double size, Body *body)
         .node_face_end = faces->end,
         .node_face = faces->list,
         .node_area = faces->node_area,
-        .node_mass = faces->vertices->mass,
+        .node_mass = faces->masses->node_mass,
         .longest_edge = sqrt(2.0) * size,
         .solid = true,
         .face_firmness = faces->face_firmness,
@@ -334,7 +334,7 @@ static int choose_capacity(const CutFaces *faces, int face_capacity)
     return (int)(wanted < most ? wanted : most);
 }
 
-bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *vertices,
+bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const CutMasses *masses,
                       const VoxelMaking *making, Body *body, Arena *arena, StateList *state,
                       Status *status)
 {
@@ -346,7 +346,8 @@ bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const Vertices *
     *faces = (CutFaces){
         .lattice = pieces->lattice,
         .pieces = pieces,
-        .vertices = vertices,
+        .vertices = masses->vertices,
+        .masses = masses,
         .half = 0.5 * size * size,
         .cell_count = pieces->lattice->level_first[1],
         .outer_squares = mesh->face_count / 2,

@@ -56,7 +56,9 @@ void cut_bench_create(CutBench *bench, Lattice lattice, CutBenchOptions options)
     create_vertices(bench);
     place_vertices(bench, 0);
     cut_pieces_create(&bench->pieces, &bench->cut, &making, &bench->arena, &bench->state);
-    assert_true(cut_faces_create(&bench->faces, &bench->pieces, &bench->vertices, &making,
+    bench->masses = (CutMasses){
+        .lattice = &bench->cut, .vertices = &bench->vertices, .node_mass = bench->vertices.mass};
+    assert_true(cut_faces_create(&bench->faces, &bench->pieces, &bench->masses, &making,
                                  &bench->body, &bench->arena, &bench->state, &status));
     cut_blades_create(&bench->blades, "body", &bench->cut, &bench->vertices.rows,
                       bench->lattice.size, &bench->arena);

@@ -18,6 +18,7 @@ typedef struct CutBench {
     CutFaces faces;
     CutBlades blades;
     Vertices vertices; // rows, masses and inverse masses only; double
+    CutMasses masses;
     BaseFrame frame;
     CutStroke stroke;
     Body body;
