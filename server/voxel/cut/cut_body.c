@@ -531,6 +531,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     VoxelCuts *cuts = model->cuts;
     cuts->lambda = body->lambda;
     cuts->damping = body->damping;
+    body->element_count = cuts->lattice.leaf_count; // fewer, if it adapts
     if (cuts->heat != NULL) {
         // The most substeps that it may come to need.
         body->finest_lambda = cuts->heat->stiffer * body->lambda;

@@ -67,12 +67,15 @@ static void set_shares(CutMasses *masses, int element)
                                                                   : 0.125 * shape->weight[i] * mass;
 }
 
-// True if the part of a vertex is fixed: where the uncut body was.
+// True if the part of a vertex is fixed: where the uncut body was. A corner in void, perhaps beyond
+// the lattice, is held like all of its element.
 static bool is_held(const CutMasses *masses, int vertex)
 {
     const CutLattice *lattice = masses->lattice;
     int point[3];
     cut_lattice_point(lattice, vertex, point);
+    for (int d = 0; d < 3; d++)
+        point[d] = point[d] < lattice->lattice_count[d] ? point[d] : lattice->lattice_count[d];
     const long nx = lattice->lattice_count[0] + 1, ny = lattice->lattice_count[1] + 1;
     return masses->held[(point[2] * ny + point[1]) * nx + point[0]] >>
                (lattice->anchor[vertex] & 7) &
