@@ -12,58 +12,6 @@ static const double ROUNDING = 2e-14, SUM = 2e-13;
 
 // --- the definition, slowly ---
 
-// How a place in the cube moves with the 26 nodes: linearly with the 8 points around it of those
-// that halve the edges, each of which is a node, or the mean of what is around it.
-static void add_place(unsigned mask, int x, int y, int z, double share, double to[NODE_COUNT])
-{
-    const int node = node_at_offset(x, y, z);
-    if (node >= 0 && (node < NODE_CORNERS || (mask >> (node - NODE_CORNERS) & 1))) {
-        to[node] += share;
-    } else if (node < 0) { // the middle
-        for (int c = 0; c < 8; c++)
-            to[c] += share / 8.0;
-    } else if (x == 1) {
-        // Of an edge by its ends; of a face by the middles of its edges.
-        const double part = y == 1 || z == 1 ? share / 4.0 : share / 2.0;
-        for (int end = 0; end <= 2; end += 2)
-            add_place(mask, end, y, z, part, to);
-        for (int end = 0; end <= 2 && y == 1; end += 2)
-            add_place(mask, 1, end, z, part, to);
-        for (int end = 0; end <= 2 && z == 1; end += 2)
-            add_place(mask, 1, y, end, part, to);
-    } else if (y == 1) {
-        const double part = z == 1 ? share / 4.0 : share / 2.0;
-        for (int end = 0; end <= 2; end += 2)
-            add_place(mask, x, end, z, part, to);
-        for (int end = 0; end <= 2 && z == 1; end += 2)
-            add_place(mask, x, 1, end, part, to);
-    } else {
-        for (int end = 0; end <= 2; end += 2)
-            add_place(mask, x, y, end, share / 2.0, to);
-    }
-}
-
-static void weights_at(unsigned mask, const double place[3], double to[NODE_COUNT])
-{
-    memset(to, 0, NODE_COUNT * sizeof *to);
-    int low[3];
-    double at[3];
-    for (int d = 0; d < 3; d++) {
-        low[d] = place[d] >= 0.5;
-        at[d] = 2.0 * place[d] - low[d];
-    }
-    for (int c = 0; c < 8; c++) {
-        double share = 1.0;
-        int o[3];
-        for (int d = 0; d < 3; d++) {
-            o[d] = low[d] + (c >> d & 1);
-            share *= (c >> d & 1) != 0 ? at[d] : 1.0 - at[d];
-        }
-        if (share != 0.0)
-            add_place(mask, o[0], o[1], o[2], share, to);
-    }
-}
-
 // a = sum over solid cells and their corners of N_i a_cell, w = 8 sum N_i / 8 / cells.
 static void sum_slowly(unsigned mask, int level, const uint64_t *solid, double area[NODE_COUNT][3],
                        double weight[NODE_COUNT])
@@ -77,7 +25,7 @@ static void sum_slowly(unsigned mask, int level, const uint64_t *solid, double a
             double place[3], by[NODE_COUNT];
             for (int d = 0; d < 3; d++)
                 place[d] = (at[d] + (corner >> d & 1)) / (double)edge;
-            weights_at(mask, place, by);
+            fill_weights(mask, place, by);
             for (int n = 0; n < NODE_COUNT; n++) {
                 weight[n] += by[n] / cells;
                 for (int d = 0; d < 3; d++)

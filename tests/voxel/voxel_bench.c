@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "random.h"
+#include "voxel_coarse.h"
 #include "voxel/voxel.h"
 
 #include <stdlib.h>
@@ -49,9 +50,13 @@ static void differentiate(VoxelBenchClass *class, double size)
 }
 
 static void create_class(VoxelBench *bench, VoxelBenchClass *class, unsigned mask, int level,
-                         const VoxelBenchOptions *options)
+                         const uint64_t *solid, const VoxelBenchOptions *options)
 {
-    template_create(&class->shape, mask);
+    if (options->coarse > 0 && level > 0)
+        template_create_partial(&class->shape, mask, level, solid);
+    else
+        template_create(&class->shape, mask);
+    memcpy(class->solid, solid, sizeof class->solid);
     class->level = level;
     double size = bench->size * (1 << level), spread = 0.0;
     bool paper = options->law == VOXEL_MIYAZAKI2004;
@@ -61,15 +66,16 @@ static void create_class(VoxelBench *bench, VoxelBenchClass *class, unsigned mas
         class->weight[i] = paper && options->unit_weights ? 1.0 : class->shape.weight[i];
         spread += class->weight[i] * vec3_dot(class->rest[i], class->rest[i]);
     }
-    class->element =
-        (Element){class->shape.count, class->rest, class->weight, class->area, size * size * size};
+    const double share = class->shape.share;
+    class->element = (Element){class->shape.count, class->rest, class->weight, class->area,
+                               share * size * size * size};
     double alpha = options->alpha > 0.0 ? options->alpha : (1.0 + options->poisson_ratio) / 3.0;
-    double k = bench->mu * size;
+    double k = share * bench->mu * size;
     class->stiffness = (ElementStiffness){
         .law = options->law,
         .mu = bench->mu,
         .lambda = bench->lambda,
-        .residual = !paper                  ? alpha * k
+        .residual = !paper                  ? class->shape.softer * alpha * k
                     : options->unit_weights ? k * 6.0 * size * size / spread
                                             : k,
         .damping = options->damping * bench->critical_step * k,
@@ -85,12 +91,16 @@ static void find_classes(VoxelBench *bench, const VoxelBenchOptions *options)
     for (int e = 0; e < bench->element_count; e++) {
         unsigned mask = template_mask_of(bench->mesh.vertex[e]);
         int level = bench->layout.leaf[e].level, c = 0;
+        uint64_t solid[sizeof bench->class->solid / sizeof(uint64_t)] = {0};
+        if (options->coarse > 0)
+            voxel_coarse_solid(&bench->lattice, &bench->layout.leaf[e], solid);
         while (c < bench->class_count &&
-               (bench->class[c].shape.mask != mask || bench->class[c].level != level))
+               (bench->class[c].shape.mask != mask || bench->class[c].level != level ||
+                memcmp(bench->class[c].solid, solid, sizeof solid) != 0))
             c++;
         ASSERT(c < MOST);
         if (c == bench->class_count)
-            create_class(bench, &bench->class[bench->class_count++], mask, level, options);
+            create_class(bench, &bench->class[bench->class_count++], mask, level, solid, options);
         bench->class_of[e] = c;
     }
 }
@@ -99,9 +109,14 @@ void voxel_bench_create(VoxelBench *bench, Lattice *lattice, const VoxelBenchOpt
 {
     *bench = (VoxelBench){.lattice = *lattice, .size = lattice->size};
     *lattice = (Lattice){0};
-    layout_create(&bench->layout, &bench->lattice, options->levels);
-    bool made = lattice_mesh_create(&bench->mesh, &bench->layout, &(Status){0});
-    ASSERT(made);
+    if (options->coarse > 0) {
+        voxel_coarse_create(&bench->lattice, options->coarse, options->may_be_coarse,
+                            &bench->layout, &bench->mesh);
+    } else {
+        layout_create(&bench->layout, &bench->lattice, options->levels);
+        bool made = lattice_mesh_create(&bench->mesh, &bench->layout, &(Status){0});
+        ASSERT(made);
+    }
     int n = bench->vertex_count = bench->mesh.vertex_count;
     int m = bench->element_count = bench->mesh.element_count;
     double nu = options->poisson_ratio, modulus = options->youngs_modulus;

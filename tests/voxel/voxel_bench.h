@@ -14,6 +14,11 @@
 
 typedef struct VoxelBenchOptions {
     int levels;
+    // Elements of this level also at the surface, partly filled, by voxel_coarse.h in place of the
+    // layout and mesh of the server; `levels` has no effect, surface_count is 0. 0: none.
+    int coarse;
+    // True if a block may be one element; NULL: all may.
+    bool (*may_be_coarse)(const int cell[3], int level);
     VoxelLaw law;
     // VOXEL_MIYAZAKI2004: weights of 1, as the paper has them, and k so that tr M = 6 H^2 as with
     // eight corners; otherwise those of the template.
@@ -28,6 +33,7 @@ typedef struct VoxelBenchOptions {
 // All elements of one template and level.
 typedef struct VoxelBenchClass {
     int level;
+    uint64_t solid[1 << (3 * 3 - 6)]; // its solid cells, if it may be partly filled
     Template shape;
     Vec3 rest[NODE_COUNT], area[NODE_COUNT]; // scaled to the size
     double weight[NODE_COUNT];
