@@ -1,0 +1,548 @@
+// SPDX-License-Identifier: MIT
+// The lattice of bodies that adapt against its definition, worked out anew in the plainest way
+// after every step of random divisions, merges, cuts and removals.
+#include "cut_sample.h"
+#include "test.h"
+
+// ---------------------------------------------------------------------------------------------
+// What must hold, from the bits and the labels alone
+
+static bool is_solid(const CutSample *sample, const int at[3])
+{
+    return lattice_label(&sample->lattice, at[0], at[1], at[2]) != 0;
+}
+
+static int block_at(const CutLattice *cut, int level, const int cell[3])
+{
+    int at[3];
+    for (int d = 0; d < 3; d++) {
+        if (cell[d] < 0 || cell[d] >= cut->count[d])
+            return -1;
+        at[d] = cell[d] >> level;
+    }
+    const int nx = cut->count[0] >> level, ny = cut->count[1] >> level;
+    return cut->lut[level][(at[2] * ny + at[1]) * nx + at[0]];
+}
+
+// The leaf whose block holds a position, solid or not: the largest block that is not divided.
+static int leaf_at(const CutLattice *cut, const int cell[3])
+{
+    for (int level = cut->levels; level >= 0; level--) {
+        const int element = block_at(cut, level, cell);
+        if (element >= 0 && !cut->divided[element])
+            return element;
+    }
+    return -1;
+}
+
+// Each leaf of all that a point has around it.
+static void leaves_around(const CutLattice *cut, const int point[3], int leaf[8])
+{
+    for (int s = 0; s < 8; s++)
+        leaf[s] = leaf_at(cut, (int[3]){point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
+                                        point[2] - 1 + (s >> 2)});
+}
+
+// Whether solid cells on both sides meet in the face of the smaller of two leaves, on its side
+// `direction`.
+static bool cells_meet(const CutSample *sample, int smaller, int direction)
+{
+    const CutElement *element = &sample->cut.element[smaller];
+    const int axis = direction / 2, edge = 1 << element->level;
+    for (int i = 0; i < edge; i++)
+        for (int j = 0; j < edge; j++) {
+            int in[3], out[3];
+            memcpy(in, element->cell, sizeof in);
+            in[axis] += direction & 1 ? edge - 1 : 0;
+            in[(axis + 1) % 3] += i;
+            in[(axis + 2) % 3] += j;
+            memcpy(out, in, sizeof out);
+            out[axis] += direction & 1 ? 1 : -1;
+            if (is_solid(sample, in) && is_solid(sample, out))
+                return true;
+        }
+    return false;
+}
+
+// Whether the leaves in two slots that share a face hold together there.
+static bool holds(const CutSample *sample, const int leaf[8], int low, int axis)
+{
+    const CutLattice *cut = &sample->cut;
+    const int a = leaf[low], b = leaf[low + (1 << axis)];
+    if (a < 0 || b < 0)
+        return false;
+    const int x = cut->element[a].level, y = cut->element[b].level;
+    if (a == b)
+        return true;
+    if (x == 0 && y == 0)
+        return !(cut->broken[a] >> axis & 1);
+    return x <= y ? cells_meet(sample, a, 2 * axis + 1) : cells_meet(sample, b, 2 * axis);
+}
+
+// Finds the lowest slot of the part of each slot.
+static void find_parts(const CutSample *sample, const int leaf[8], int part[8])
+{
+    for (int s = 0; s < 8; s++)
+        part[s] = leaf[s] < 0 ? -1 : s;
+    for (int round = 0; round < 8; round++)
+        for (int s = 0; s < 8; s++)
+            for (int axis = 0; axis < 3; axis++) {
+                const int t = s + (1 << axis);
+                if ((s >> axis & 1) || !holds(sample, leaf, s, axis))
+                    continue;
+                part[s] = part[t] = part[s] < part[t] ? part[s] : part[t];
+            }
+}
+
+static bool is_corner(const CutLattice *cut, int leaf, const int point[3])
+{
+    for (int d = 0; d < 3; d++) {
+        const int from = point[d] - cut->element[leaf].cell[d];
+        if (from != 0 && from != 1 << cut->element[leaf].level)
+            return false;
+    }
+    return true;
+}
+
+// The vertex of a leaf at a point, by the place of the node; -1: none there.
+static int entry_at(const CutLattice *cut, int leaf, const int point[3])
+{
+    int at[3];
+    for (int d = 0; d < 3; d++) {
+        const int twice = 2 * (point[d] - cut->element[leaf].cell[d]);
+        const int edge = 1 << cut->element[leaf].level;
+        if (twice % edge != 0)
+            return -1;
+        at[d] = twice / edge;
+    }
+    const int node = node_at_offset(at[0], at[1], at[2]);
+    return node < 0 ? -1 : cut_lattice_nodes(cut, leaf)[node];
+}
+
+// The slot of the lowest solid cell of a part; 8 + its lowest slot: it has none.
+static int anchor_of(const CutSample *sample, const int point[3], const int part[8], int of)
+{
+    for (int s = 0; s < 8; s++)
+        if (part[s] == of &&
+            is_solid(sample, (int[3]){point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
+                                      point[2] - 1 + (s >> 2)}))
+            return s;
+    return 8 + of;
+}
+
+typedef struct Sums {
+    int vertices;    // that parts own
+    long incidences; // nodes of leaves that have one
+} Sums;
+
+// Checks the vertices that the leaves around a point have there; `seen`: [vertex].
+static void check_point(const CutSample *sample, const int point[3], bool *seen, Sums *sums)
+{
+    const CutLattice *cut = &sample->cut;
+    int leaf[8], around[8], part[8];
+    leaves_around(cut, point, leaf);
+    cut_lattice_around(cut, point, around);
+    assert_memory_equal(leaf, around, sizeof leaf);
+    find_parts(sample, leaf, part);
+    for (int s = 0; s < 8; s++) {
+        if (leaf[s] < 0)
+            continue;
+        bool owned = false, counted = false;
+        for (int t = 0; t < 8; t++)
+            owned |= leaf[t] >= 0 && part[t] == part[s] && is_corner(cut, leaf[t], point);
+        for (int t = 0; t < s; t++)
+            counted |= leaf[t] == leaf[s];
+        const int v = entry_at(cut, leaf[s], point);
+        assert_int_equal(v >= 0, owned);
+        if (!owned)
+            continue;
+        sums->incidences += !counted;
+        assert_in_range(v, 0, cut_lattice_used(cut) - 1);
+        const int anchor = anchor_of(sample, point, part, part[s]);
+        assert_int_equal(cut->anchor[v], anchor);
+        assert_int_equal(cut_lattice_is_in_void(cut, v), anchor >= 8);
+        assert_false(cut_lattice_is_carried(cut, v));
+        if (part[s] == s) {
+            assert_false(seen[v]); // one vertex, one part
+            seen[v] = true;
+            sums->vertices++;
+        }
+        int place[3];
+        cut_lattice_point(cut, v, place);
+        assert_memory_equal(place, point, sizeof place);
+        // Ids of the uncut mesh: the index of the point, and more for further parts.
+        const int *n = sample->lattice.count;
+        const int points = (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
+        const int index = (point[2] * (n[1] + 1) + point[1]) * (n[0] + 1) + point[0];
+        int lowest = 0;
+        while (anchor < 8 && !is_solid(sample, (int[3]){point[0] - 1 + (lowest & 1),
+                                                        point[1] - 1 + (lowest >> 1 & 1),
+                                                        point[2] - 1 + (lowest >> 2)}))
+            lowest++;
+        if (anchor >= 8)
+            assert_true(cut->vertex_id[v] >= 8 * points);
+        else if (!cut->removable)
+            assert_int_equal(cut->vertex_id[v], index + (anchor == lowest ? 0 : points * anchor));
+        else
+            assert_int_equal(cut->vertex_id[v] % points, index);
+    }
+}
+
+// Leaves are apart by one level at most where they touch, in void too.
+static void check_balance(const CutLattice *cut)
+{
+    int at[3];
+    for (at[2] = 0; at[2] < cut->count[2]; at[2]++)
+        for (at[1] = 0; at[1] < cut->count[1]; at[1]++)
+            for (at[0] = 0; at[0] < cut->count[0]; at[0]++) {
+                const int leaf = leaf_at(cut, at);
+                for (int n = 0; n < 27 && leaf >= 0; n++) {
+                    const int other = leaf_at(
+                        cut, (int[3]){at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
+                    if (other >= 0)
+                        assert_true(abs(cut->element[leaf].level - cut->element[other].level) <= 1);
+                }
+            }
+}
+
+// Every cell that is there is in one leaf, of its material.
+static void check_leaves(const CutSample *sample)
+{
+    const CutLattice *cut = &sample->cut;
+    FREED int *cells = calloc((size_t)cut->element_count, sizeof *cells);
+    int at[3], leaves = 0, at_level[VOXEL_LEVELS_MAX + 1] = {0};
+    for (at[2] = 0; at[2] < sample->lattice.count[2]; at[2]++)
+        for (at[1] = 0; at[1] < sample->lattice.count[1]; at[1]++)
+            for (at[0] = 0; at[0] < sample->lattice.count[0]; at[0]++) {
+                const int cell = block_at(cut, 0, at), leaf = leaf_at(cut, at);
+                assert_int_equal(cell >= 0, is_solid(sample, at));
+                if (cell < 0)
+                    continue;
+                assert_int_equal(leaf < 0, cut_lattice_is_gone(cut, cell));
+                if (leaf < 0)
+                    continue;
+                cells[leaf]++;
+                assert_int_equal(cut_lattice_leaf_of(cut, cell), leaf);
+                assert_int_equal(cut->element[leaf].material,
+                                 lattice_label(&sample->lattice, at[0], at[1], at[2]));
+            }
+    for (int e = 0; e < cut->element_count; e++) {
+        assert_int_equal(cut_lattice_is_leaf(cut, e), cells[e] > 0);
+        if (cells[e] == 0)
+            continue;
+        assert_int_equal(cut->element[e].whole, cells[e] == 1 << 3 * cut->element[e].level);
+        leaves++;
+        at_level[cut->element[e].level]++;
+    }
+    assert_int_equal(leaves, cut->leaf_count);
+    assert_memory_equal(at_level, cut->leaf_at_level, sizeof at_level);
+}
+
+static void check_all(const CutSample *sample)
+{
+    const CutLattice *cut = &sample->cut;
+    check_leaves(sample);
+    check_balance(cut);
+    FREED bool *seen = calloc((size_t)cut->vertex_capacity, sizeof *seen);
+    Sums sums = {0};
+    int p[3];
+    for (p[2] = 0; p[2] <= cut->count[2]; p[2]++)
+        for (p[1] = 0; p[1] <= cut->count[1]; p[1]++)
+            for (p[0] = 0; p[0] <= cut->count[0]; p[0]++)
+                check_point(sample, p, seen, &sums);
+    long present = 0;
+    for (int e = 0; e < cut->element_count; e++)
+        for (int n = 0; n < (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT); n++)
+            present += cut_lattice_nodes(cut, e)[n] >= 0;
+    assert_true(present == sums.incidences);
+    // Whatever else is in a row is shown and carried, or without elements, or free.
+    for (int v = 0; v < cut->vertex_capacity; v++) {
+        const bool carried = cut_lattice_is_carried(cut, v);
+        assert_false(seen[v] && carried);
+        if (v >= cut_lattice_used(cut) || cut->vertex_id[v] < 0) {
+            assert_int_equal(cut->vertex_id[v], -1);
+            assert_false(seen[v] || carried || cut_lattice_is_kept(cut, v));
+        } else if (!seen[v] && !carried) {
+            assert_true(cut->removable && cut->anchor[v] == -1);
+        }
+        if (carried)
+            assert_true(cut_lattice_is_kept(cut, v) && cut->anchor[v] >= 0 && cut->anchor[v] < 8);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// What the changes say
+
+// What a follower knows: the vertices of elements, and which rows hold one.
+typedef struct Follower {
+    int (*node)[NODE_COUNT];
+    int *id; // [capacity] -1: none
+    bool *carried;
+} Follower;
+
+static void follow_element(const CutLattice *cut, int (*node)[NODE_COUNT], int e)
+{
+    memset(node[e], -1, sizeof node[e]);
+    memcpy(node[e], cut_lattice_nodes(cut, e),
+           (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT) * sizeof(int));
+}
+
+static Follower follower_create(const CutLattice *cut)
+{
+    const size_t capacity = (size_t)cut->vertex_capacity;
+    Follower follower = {malloc((size_t)cut->element_count * sizeof *follower.node),
+                         malloc(capacity * sizeof *follower.id),
+                         calloc(capacity, sizeof *follower.carried)};
+    memcpy(follower.id, cut->vertex_id, capacity * sizeof *follower.id);
+    for (int e = 0; e < cut->element_count; e++)
+        follow_element(cut, follower.node, e);
+    for (int v = 0; v < cut->vertex_capacity; v++)
+        follower.carried[v] = cut_lattice_is_carried(cut, v);
+    return follower;
+}
+
+static void follower_drop(Follower *follower)
+{
+    free(follower->node);
+    free(follower->id);
+    free(follower->carried);
+}
+
+// Births: in the middle of vertices that were there or came before, or at the corner of an element.
+static void check_births(const CutLattice *cut, Follower *follower)
+{
+    FREED bool *known = calloc((size_t)cut->vertex_capacity, sizeof *known);
+    for (int v = 0; v < cut->vertex_capacity; v++)
+        known[v] = follower->id[v] >= 0;
+    for (int b = 0; b < cut->changes.birth_count; b++) {
+        const CutBirth *birth = &cut->changes.birth[b];
+        int place[3], sum[3] = {0}, at[3];
+        cut_lattice_point(cut, birth->vertex, place);
+        // A row is not used again within a change.
+        assert_int_equal(known[birth->vertex], birth->carried);
+        assert_int_equal(birth->extrapolated >= 0, birth->parent_count == 0);
+        if (birth->extrapolated >= 0)
+            assert_true(is_corner(cut, birth->extrapolated, place));
+        for (int p = 0; p < birth->parent_count; p++) {
+            assert_true(known[birth->parent[p]] && birth->parent[p] != birth->vertex);
+            cut_lattice_point(cut, birth->parent[p], at);
+            for (int d = 0; d < 3; d++)
+                sum[d] += at[d];
+        }
+        for (int d = 0; d < 3 && birth->parent_count > 0; d++)
+            assert_int_equal(sum[d], birth->parent_count * place[d]);
+        known[birth->vertex] = true;
+    }
+}
+
+static void check_changes(CutLattice *cut, Follower *follower)
+{
+    check_births(cut, follower);
+    FREED bool *listed = calloc((size_t)cut->element_count, sizeof *listed);
+    for (int c = 0; c < cut->changes.element_count; c++) {
+        const int e = cut->changes.element[c];
+        assert_false(listed[e]);
+        listed[e] = true;
+        follow_element(cut, follower->node, e);
+    }
+    // Rows come by births and go by ends; what neither names is as it was.
+    FREED bool *named = calloc((size_t)cut->vertex_capacity, sizeof *named);
+    for (int b = 0; b < cut->changes.birth_count; b++)
+        named[cut->changes.birth[b].vertex] = true;
+    for (int k = 0; k < cut->changes.ended_count; k++)
+        named[cut->changes.ended[k].vertex] = true;
+    Follower now = follower_create(cut);
+    for (int v = 0; v < cut->vertex_capacity; v++) {
+        if (named[v])
+            continue;
+        assert_int_equal(now.id[v] >= 0, follower->id[v] >= 0);
+        assert_int_equal(now.carried[v], follower->carried[v]);
+        if (now.id[v] >= 0 && !cut_lattice_is_in_void(cut, v))
+            assert_int_equal(now.id[v], follower->id[v]);
+    }
+    assert_memory_equal(follower->node, now.node, (size_t)cut->element_count * sizeof *now.node);
+    follower_drop(follower);
+    *follower = now;
+}
+
+// Everything that follows from the state, in one block.
+static unsigned char *derived_block(const CutLattice *cut, size_t *size)
+{
+    const size_t cells = (size_t)cut->level_first[1];
+    const size_t others = (size_t)cut->element_count - cells;
+    const size_t part[] = {cells * sizeof *cut->corner,
+                           others * sizeof *cut->node,
+                           (size_t)cut->wanted_count * sizeof *cut->wanted,
+                           sizeof cut->leaf_at_level,
+                           (size_t)cut->kept_end * sizeof *cut->carried,
+                           (size_t)cut->vertex_capacity * sizeof *cut->anchor};
+    const void *memory[] = {cut->corner,        cut->node,    cut->wanted,
+                            cut->leaf_at_level, cut->carried, cut->anchor};
+    enum { PARTS = sizeof part / sizeof *part };
+    *size = 0;
+    for (int k = 0; k < PARTS; k++)
+        *size += part[k];
+    unsigned char *block = malloc(*size + 1), *to = block;
+    for (int k = 0; k < PARTS; k++) {
+        memcpy(to, memory[k], part[k]);
+        to += part[k];
+    }
+    return block;
+}
+
+static void check_derived(CutLattice *cut)
+{
+    size_t size, again_size;
+    FREED unsigned char *block = derived_block(cut, &size);
+    assert_true(cut_lattice_derive(cut));
+    FREED unsigned char *again = derived_block(cut, &again_size);
+    assert_int_equal(size, again_size);
+    assert_memory_equal(block, again, size);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Random sequences
+
+// Asks for the leaves within a random distance of a random point.
+static void want_at_random(CutLattice *cut, uint64_t *seed)
+{
+    double x[3];
+    const double reach = random_between(seed, 0.0, 6.0);
+    for (int d = 0; d < 3; d++)
+        x[d] = random_between(seed, 0.0, cut->lattice_count[d]);
+    for (int e = cut->level_first[1]; e < cut->element_count; e++) {
+        const double half = 0.5 * (1 << cut->element[e].level);
+        double square = 0.0;
+        for (int d = 0; d < 3; d++) {
+            const double from = fabs(cut->element[e].cell[d] + half - x[d]) - half;
+            square += from > 0.0 ? from * from : 0.0;
+        }
+        if (square <= reach * reach && cut_lattice_is_leaf(cut, e))
+            cut_lattice_want(cut, e);
+    }
+}
+
+// Merges some of what can; returns how many.
+static int merge_at_random(CutLattice *cut, uint64_t *seed, int share)
+{
+    int merged = 0;
+    for (int e = cut->level_first[1]; e < cut->element_count; e++)
+        if (random_below(seed, 100) < share && cut_lattice_can_merge(cut, e)) {
+            cut_lattice_merge(cut, e);
+            assert_true(cut_lattice_is_leaf(cut, e));
+            merged++;
+        }
+    return merged;
+}
+
+static void settle(CutSample *sample, Follower *follower)
+{
+    check_changes(&sample->cut, follower);
+    check_all(sample);
+    cut_lattice_forget_changes(&sample->cut);
+}
+
+static void break_at_random(CutSample *sample, uint64_t *seed, Follower *follower)
+{
+    CutLattice *cut = &sample->cut;
+    FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+    const int count = cut_sample_random(cut, seed, face);
+    if (cut_lattice_has_room(cut, count))
+        cut_lattice_break(cut, (const int(*)[2])face, count);
+    settle(sample, follower);
+}
+
+static void remove_at_random(CutSample *sample, uint64_t *seed, Follower *follower)
+{
+    CutLattice *cut = &sample->cut;
+    int cell[CUT_REMOVE_MOST], kept = cut_sample_random_cells(cut, seed, cell);
+    cut_lattice_expose(cut, cell, &kept, cut->split_budget);
+    settle(sample, follower);
+    cut_lattice_remove(cut, cell, kept);
+    settle(sample, follower);
+}
+
+static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *seed)
+{
+    CutLattice *cut = &sample->cut;
+    Follower follower = follower_create(cut);
+    check_all(sample);
+    for (int step = 0; step < steps; step++) {
+        cut->split_budget = 1 + random_below(seed, 30);
+        if (cuts && random_below(seed, 5) == 0)
+            break_at_random(sample, seed, &follower);
+        if (cuts && cut->removable && random_below(seed, 4) == 0)
+            remove_at_random(sample, seed, &follower);
+        if (random_below(seed, 3) > 0)
+            want_at_random(cut, seed);
+        cut_lattice_reconstruct(cut);
+        settle(sample, &follower);
+        if (random_below(seed, 6) == 0)
+            cut_lattice_withdraw(cut);
+        merge_at_random(cut, seed, 1 + random_below(seed, 100));
+        settle(sample, &follower);
+        if (step % 3 == 0)
+            check_derived(cut);
+    }
+    follower_drop(&follower);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Bodies
+
+typedef enum MergeKind {
+    MERGE_CUBE,
+    MERGE_BALL,
+    MERGE_SHEET, // one cell thick, at an odd height
+    MERGE_TUBE,
+    MERGE_LOBES, // two, with a gap of one cell between them
+    MERGE_KINDS,
+} MergeKind;
+
+static int label_of(MergeKind kind, int i, int j, int k)
+{
+    const double y = j + 0.5 - 8.0, z = k + 0.5 - 8.0, r = sqrt(y * y + z * z);
+    switch (kind) {
+    case MERGE_SHEET:
+        return k == 1;
+    case MERGE_TUBE:
+        return r < 8.0 && r > 6.2;
+    case MERGE_LOBES:
+        return i != 6 || k < 3;
+    default:
+        return 1;
+    }
+}
+
+static Lattice body_of(MergeKind kind)
+{
+    if (kind == MERGE_BALL)
+        return sample_ball(17);
+    Lattice lattice = kind == MERGE_CUBE    ? sample_void(16, 16, 16)
+                      : kind == MERGE_SHEET ? sample_void(19, 14, 3)
+                                            : sample_void(14, 16, 16);
+    for (int k = 0; k < lattice.count[2]; k++)
+        for (int j = 0; j < lattice.count[1]; j++)
+            for (int i = 0; i < lattice.count[0]; i++)
+                lattice.label[lattice_index(&lattice, i, j, k)] =
+                    (unsigned char)label_of(kind, i, j, k);
+    return lattice;
+}
+
+static void create(CutSample *sample, Lattice lattice, int inside, int surface, bool removable)
+{
+    // As many vertices as there can be: those of the cells, and of corners in void.
+    const int capacity = 8 * (int)lattice_solid(&lattice) + 4096;
+    cut_sample_adapting(sample, lattice, inside, surface, capacity, 1, removable);
+}
+
+TEST(random_divisions_and_merges_keep_what_follows_from_the_bits)
+{
+    uint64_t seed = 31;
+    for (int round = 0; round < EFFORT(2); round++)
+        for (int kind = 0; kind < MERGE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            create(&sample, body_of((MergeKind)kind), round % 3, 1 + round % 3, false);
+            live_at_random(&sample, 6, false, &seed);
+        }
+}
