@@ -496,6 +496,7 @@ static void leave_point(CutLattice *lattice, const int point[3])
 void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
 {
     CutScratch *scratch = lattice->scratch;
+    const int sorted = lattice->wanted_count;
     int point[3];
     // All bits first, and the cells out of the grid.
     for (int k = 0; k < count; k++) {
@@ -507,6 +508,7 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
                 break_face(lattice, low, d / 2);
         }
     }
+    cut_split_sort(lattice, sorted); // leaves around that are partly filled
     for (int k = 0; k < count; k++) {
         const int *at = lattice->element[cell[k]].cell;
         lattice->divided[cell[k]] = 1;

@@ -462,7 +462,29 @@ static void remove_at_random(CutSample *sample, uint64_t *seed, Follower *follow
     settle(sample, follower);
 }
 
-static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *seed)
+// How many there have been of what a test must have met.
+typedef struct Met {
+    int merged, partly_filled, in_void, carried, freed;
+} Met;
+
+static void meet(Met *met, const CutLattice *cut)
+{
+    for (int e = cut->level_first[1]; e < cut->element_count; e++)
+        met->partly_filled += cut_lattice_is_leaf(cut, e) && !cut->element[e].whole;
+    for (int v = 0; v < cut_lattice_used(cut); v++) {
+        met->in_void += cut->vertex_id[v] >= 0 && cut_lattice_is_in_void(cut, v);
+        met->carried += cut_lattice_is_carried(cut, v);
+        met->freed += cut->vertex_id[v] < 0;
+    }
+}
+
+static void assert_all_met(const Met *met)
+{
+    assert_true(met->merged > 0 && met->partly_filled > 0 && met->in_void > 0);
+    assert_true(met->carried > 0 && met->freed > 0);
+}
+
+static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *seed, Met *met)
 {
     CutLattice *cut = &sample->cut;
     Follower follower = follower_create(cut);
@@ -479,8 +501,9 @@ static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *se
         settle(sample, &follower);
         if (random_below(seed, 6) == 0)
             cut_lattice_withdraw(cut);
-        merge_at_random(cut, seed, 1 + random_below(seed, 100));
+        met->merged += merge_at_random(cut, seed, 1 + random_below(seed, 100));
         settle(sample, &follower);
+        meet(met, cut);
         if (step % 3 == 0)
             check_derived(cut);
     }
@@ -539,10 +562,117 @@ static void create(CutSample *sample, Lattice lattice, int inside, int surface, 
 TEST(random_divisions_and_merges_keep_what_follows_from_the_bits)
 {
     uint64_t seed = 31;
+    Met met = {0};
     for (int round = 0; round < EFFORT(2); round++)
         for (int kind = 0; kind < MERGE_KINDS; kind++) {
             SCOPED(cut_sample_drop) CutSample sample;
             create(&sample, body_of((MergeKind)kind), round % 3, 1 + round % 3, false);
-            live_at_random(&sample, 6, false, &seed);
+            live_at_random(&sample, 6, false, &seed, &met);
         }
+    assert_all_met(&met);
+}
+
+// Also lattices that are hardly connected, and of several materials.
+TEST(random_cuts_and_merges_keep_what_follows_from_the_bits)
+{
+    uint64_t seed = 32;
+    Met met = {0};
+    for (int round = 0; round < EFFORT(1); round++)
+        for (int kind = 0; kind < MERGE_KINDS + SAMPLE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            create(&sample,
+                   kind < MERGE_KINDS ? body_of((MergeKind)kind)
+                                      : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed),
+                   round % 4, 2 + round % 2, false);
+            live_at_random(&sample, 6, true, &seed, &met);
+        }
+    assert_all_met(&met);
+}
+
+TEST(random_removals_and_merges_keep_what_follows_from_the_bits)
+{
+    uint64_t seed = 33;
+    Met met = {0};
+    for (int round = 0; round < EFFORT(1); round++)
+        for (int kind = 0; kind < MERGE_KINDS + SAMPLE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            create(&sample,
+                   kind < MERGE_KINDS ? body_of((MergeKind)kind)
+                                      : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed),
+                   round % 4, 2 - round % 2, true);
+            live_at_random(&sample, 6, true, &seed, &met);
+        }
+    assert_all_met(&met);
+}
+
+// ---------------------------------------------------------------------------------------------
+// The state at rest
+
+// The leaves and, for each, the ids at its nodes: whatever rows the vertices have.
+static int *ids_of_leaves(const CutLattice *cut)
+{
+    int(*id)[NODE_COUNT] = malloc((size_t)cut->element_count * sizeof *id);
+    memset(id, -1, (size_t)cut->element_count * sizeof *id);
+    for (int e = 0; e < cut->element_count; e++)
+        for (int n = 0; n < (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT); n++) {
+            const int v = cut_lattice_nodes(cut, e)[n];
+            id[e][n] = v < 0 ? -1 : cut->vertex_id[v];
+        }
+    return (int *)id;
+}
+
+// A body that was fine somewhere, whatever the order in which it merges again, is as at load.
+TEST(the_coarsest_state_is_one)
+{
+    uint64_t seed = 34;
+    for (int round = 0; round < EFFORT(2); round++)
+        for (int kind = 0; kind < MERGE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            create(&sample, body_of((MergeKind)kind), round % 3, 1 + round % 3, false);
+            CutLattice *cut = &sample.cut;
+            const size_t elements = (size_t)cut->element_count;
+            cut_lattice_coarsen(cut);
+            check_all(&sample);
+            FREED unsigned char *at_load = malloc(elements);
+            FREED int *ids = ids_of_leaves(cut);
+            memcpy(at_load, cut->divided, elements);
+            for (int time = 0; time < 4; time++) {
+                cut->split_budget = 1000000;
+                for (int call = 0; call < 3; call++) {
+                    want_at_random(cut, &seed);
+                    cut_lattice_reconstruct(cut);
+                    cut_lattice_forget_changes(cut);
+                }
+                cut_lattice_withdraw(cut);
+                assert_int_equal(cut->wanted_count, 0);
+                assert_memory_not_equal(at_load, cut->divided, elements);
+                if (time % 2 == 0) { // level by level
+                    cut_lattice_coarsen(cut);
+                } else { // in any order
+                    for (int idle = 0; idle < 40;) {
+                        const int merged = merge_at_random(cut, &seed, 30);
+                        cut_lattice_forget_changes(cut);
+                        idle = merged > 0 ? 0 : idle + 1;
+                    }
+                }
+                FREED int *again = ids_of_leaves(cut);
+                assert_memory_equal(at_load, cut->divided, elements);
+                assert_memory_equal(ids, again, elements * NODE_COUNT * sizeof *ids);
+            }
+            check_all(&sample);
+        }
+}
+
+// The least element for each place of a cube: those of the surface, 2:1.
+TEST(a_cube_at_rest_has_coarse_elements_throughout)
+{
+    SCOPED(cut_sample_drop) CutSample sample;
+    create(&sample, sample_box(32, 32, 32), 2, 2, false);
+    cut_lattice_coarsen(&sample.cut);
+    check_all(&sample);
+    assert_int_equal(sample.cut.leaf_count, 512);
+    int used = 0;
+    for (int v = 0; v < cut_lattice_used(&sample.cut); v++)
+        used += sample.cut.vertex_id[v] >= 0 && !cut_lattice_is_carried(&sample.cut, v);
+    assert_int_equal(used, 9 * 9 * 9);
 }
