@@ -198,7 +198,8 @@ static void add_region(uint64_t *hash, const FixedRegion *region)
 // True if faces or elements are created at run time, of which the scene may limit the number.
 static bool grows(const SceneBody *body)
 {
-    return body->model == MODEL_SURFACE ? surface_changes(&body->surface) : body->options.cuttable;
+    return body->model == MODEL_SURFACE ? surface_changes(&body->surface)
+                                        : body->options.cuttable || body->voxel.surface_level > 0;
 }
 
 static void add_groups(uint64_t *hash, const SceneBody *body)
@@ -232,6 +233,8 @@ static void add_voxel(uint64_t *hash, const VoxelOptions *voxel, uint64_t cells)
         add_region(hash, &voxel->weight[i].region);
         *hash = fnv_bytes(*hash, &voxel->weight[i].mass, sizeof voxel->weight[i].mass);
     }
+    for (int i = 0; i < voxel->fine_count; i++)
+        add_keys(hash, &FINE_TABLE, &voxel->fine[i]);
     *hash = fnv_bytes(*hash, &cells, sizeof cells);
 }
 

@@ -205,7 +205,9 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.publish_all = scene->publish.nodes == NODES_ALL;
         voxel.field = field.value != NULL ? &field : NULL;
         voxel.tick = 1.0 / scene->sim.rate_hz;
-        voxel.heats = scene_heats(scene);
+        // Of a body that adapts without being cuttable nothing can be taken or heated.
+        voxel.heats = scene_heats(scene) && described->options.cuttable;
+        voxel.body.removable &= described->options.cuttable;
         voxel.skin = described->skin.file != NULL ? &skin : NULL;
         Watching *watching = watch_regions(scene, described, &voxel);
         Texture texture = build_texture(world, scene, options, described->name, &skin, NULL);

@@ -113,11 +113,13 @@ bool memory_check_voxel(const SceneBody *body, double cells, Status *status)
     // the scene sets explicitly count as they are.
     enum { FINE = 300, LEVELED = 60, CUTTABLE = 2300, FIBRES = 300, A_VERTEX = 100 };
     const VoxelOptions *voxel = &body->voxel;
-    if (voxel->body.cuttable && voxel->body.node_capacity > 0)
+    // A body that adapts is stored as one that can be cut.
+    const bool changes = voxel->body.cuttable || voxel->surface_level > 0;
+    if (changes && voxel->body.node_capacity > 0)
         return check("nodes (capacity)", voxel->body.node_capacity,
                      fmax(cells * LEVELED, (double)voxel->body.node_capacity * A_VERTEX), status);
-    double each = voxel->body.cuttable ? CUTTABLE : voxel->body.levels == 0 ? FINE : LEVELED;
-    for (int i = 0; i < voxel->material_count && voxel->body.cuttable; i++)
+    double each = changes ? CUTTABLE : voxel->body.levels == 0 ? FINE : LEVELED;
+    for (int i = 0; i < voxel->material_count && changes; i++)
         if (body->material[i].prestress > 0.0) {
             each += FIBRES;
             break;

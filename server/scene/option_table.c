@@ -179,7 +179,8 @@ bool option_read_int(const config_setting_t *setting, const Option *option,
                      const OptionSource *source, int *value)
 {
     if (!is_number(setting))
-        return fail_type(option, setting, source, "a whole number");
+        return fail_type(option, setting, source,
+                         option->grouped ? "a whole number or a group" : "a whole number");
     if (config_setting_type(setting) == CONFIG_TYPE_FLOAT)
         return fail_type(option, setting, source, "a whole number, written without a point");
     if (!check_range(option, setting, source, number_of(setting), ""))
@@ -392,7 +393,10 @@ static bool read_value(const Option *option, const config_setting_t *setting,
     case OPTION_REAL:
         return read_real(setting, option, source, member);
     case OPTION_INT:
-        return option_read_int(setting, option, source, member);
+        if (!option->grouped || type != CONFIG_TYPE_GROUP)
+            return option_read_int(setting, option, source, member);
+        store_default(option, member);
+        return true;
     case OPTION_INTS:
         return check_ints(setting, option, source, member);
     case OPTION_BOOL:

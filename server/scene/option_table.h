@@ -59,6 +59,7 @@ typedef struct Option {
     double low, high;        // allowed range, both included
     bool open;               // `low` itself is excluded
     bool names;              // OPTION_INTS: a name in quotation marks in place of any of them
+    bool grouped;            // OPTION_INT: or a group, read by who asked for it; then the default
     double preset;           // default of numbers, booleans (0 or 1) and words (their value)
     const char *preset_text; // default of names and strings; else the text shown for the default
     const OptionWord *words;

@@ -379,6 +379,7 @@ void scene_destroy(Scene *scene)
         for (int k = 0; body->weight != NULL && k < body->voxel.weight_count; k++)
             free((void *)body->weight[k].region.node);
         free(body->weight);
+        free(body->fine);
         free(body->initial);
         free(body->mesh.file);
         free(body->voxels.file);

@@ -110,6 +110,7 @@ typedef struct SceneBody {
     const struct config_setting_t *stiffening; // likewise
     SolidMaterial *material; // [voxels.label_count]; owned; voxel.material points here
     HungMass *weight;        // [voxel.weight_count]; owned; voxel.weight points here
+    FineRegion *fine;        // [voxel.fine_count]; owned; voxel.fine points here
     MeshSource skin;         // file NULL: none
     SceneShown shown;
     SceneLook look;

@@ -38,11 +38,13 @@ static const Option BODY_OPTIONS[] = {
      .only = SURFACE_ONLY, .about = "Source of its triangles."},
     {"voxels", OPTION_GROUP, AT(voxels), "", .preset_text = "required of a voxel body",
      .only = VOXEL_ONLY, .about = "Source of its cells."},
-    {"levels", OPTION_INT, AT(body.options.levels), "", 0.0, LEVELS_MAX,
+    {"levels", OPTION_INT, AT(body.options.levels), "", 0.0, LEVELS_MAX, .grouped = true,
      .preset_text = "surface 0, voxel 2", .physics = true, .feature = {.name = "levels of detail"},
      .about = "Surface: finest level of detail; each level divides every face into four. 0: the "
               "mesh as it is. Voxel, 0 to 5: coarsest level; elements inside are up to 2^levels "
-              "cells wide. 0: one element per cell."},
+              "cells wide. 0: one element per cell. Or a group: elements at the surface are "
+              "larger, too, "
+              "where no tool is near."},
     {"start_level", OPTION_INT, AT(body.surface.start_level), "", 0.0, LEVELS_MAX,
      .only = SURFACE_ONLY, .physics = true,
      .about = "Surface: level at which the body starts, and at which it stays without `adapt`; at "
@@ -226,7 +228,10 @@ const char *scene_model_name(SceneModel model)
 static bool check_meant(const SceneReader *reader, const BodyGroup *raw)
 {
     char owner[32];
+    const config_setting_t *levels = option_find(raw->at, "levels");
     snprintf(owner, sizeof owner, "a %s body", scene_model_name(raw->body.model));
+    if (raw->body.model == MODEL_SURFACE && levels != NULL && config_setting_is_group(levels))
+        return option_fail(&reader->source, levels, "levels of %s must be a whole number", owner);
     return option_refuse_unused(&BODY_TABLE, raw->at, &reader->source, (int)raw->body.model, owner);
 }
 

@@ -48,8 +48,8 @@ extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEI
     PLACEMENT_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, STIFFENING_TABLE, SHAPE_TABLE, CAVITY_TABLE,
     ADAPT_TABLE;
-extern const OptionTable VOXELS_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE, LABEL_MATERIAL_TABLE,
-    SKIN_TABLE, LOOK_TABLE;
+extern const OptionTable VOXELS_TABLE, LEVELS_TABLE, FINE_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE,
+    LABEL_MATERIAL_TABLE, SKIN_TABLE, LOOK_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
 extern const OptionTable SCORE_TABLE, SCORE_REGION_TABLE;
@@ -67,7 +67,7 @@ enum { KEY_GROUPS = 8 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 29 };
+enum { SCENE_TABLE_COUNT = 31 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -123,6 +123,8 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
 bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
+// Reads `levels` of a body of cells, a number or a group; after everything else of the body.
+bool scene_read_levels(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_weights(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);
 // Reads `place` of the group `owner`, "bodies.mesh.place".

@@ -4,7 +4,6 @@
 
 #include "base/check.h"
 #include "io/volume_import.h"
-#include "voxel/layout.h"
 
 #include <stdlib.h>
 
@@ -262,7 +261,6 @@ bool scene_read_voxels(const SceneReader *reader, const config_setting_t *group,
 // --- materials, skin and other keys of the model -------------------------------------------------
 
 #define POISSON_MAX 0.49
-enum { LEVELS_USUAL = 2 };
 
 #define AT(member) offsetof(SceneBody, member)
 static const Option MATERIAL_OPTIONS[] = {
@@ -612,16 +610,6 @@ static bool read_skin(const SceneReader *reader, const BodyGroup *raw, SceneBody
                                 &body->skin.translation);
 }
 
-static bool choose_levels(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
-{
-    const config_setting_t *at = option_find(raw->at, "levels");
-    if (at == NULL)
-        voxel->body.levels = LEVELS_USUAL;
-    return voxel->body.levels <= VOXEL_LEVELS_MAX ||
-           option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
-                       voxel->body.levels, VOXEL_LEVELS_MAX);
-}
-
 static bool choose_integrator(const SceneReader *reader, const BodyGroup *raw, VoxelOptions *voxel)
 {
     const config_setting_t *at = option_find(raw->at, "integrator");
@@ -649,9 +637,8 @@ bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody
     VoxelOptions *voxel = &body->voxel;
     if (!option_require(&BODY_TABLE, raw->at, "voxels", &reader->source))
         return false;
-    return choose_levels(reader, raw, voxel) && choose_integrator(reader, raw, voxel) &&
-           scene_read_voxels(reader, raw->voxels, body) &&
+    return choose_integrator(reader, raw, voxel) && scene_read_voxels(reader, raw->voxels, body) &&
            scene_read_look(reader, raw->look, body) && read_materials(reader, raw, body) &&
            read_skin(reader, raw, body) && scene_read_weights(reader, raw->weights, body) &&
-           check_shown(reader, raw, body);
+           check_shown(reader, raw, body) && scene_read_levels(reader, raw, body);
 }

@@ -87,6 +87,17 @@ static const Line SCENE[] = {
     {"liver", "", "look = {"},
     {"bodies.look", NULL, ""},
     {"liver", "", "};"},
+    {"liver", "", "}, {"},
+    {"liver", "", "name = \"fine\"; model = \"voxel\"; voxels = { generator = \"box\"; };"},
+    {"liver", "", "levels = {"},
+    {"bodies.levels", NULL, ""},
+    {"bodies.levels", "surface", "surface = 1;"},
+    {"bodies.levels", "fine", "fine = ( {"},
+    {"bodies.levels.fine", NULL, ""},
+    {"bodies.levels.fine", "sphere", "sphere = [0, 0, -1];"},
+    {"bodies.levels.fine", "radius", "radius = 0.5;"},
+    {"bodies.levels", "fine", "} );"},
+    {"liver", "", "};"},
 #endif
     {"", "bodies", "} );"},
     {"", "tools", "tools = ( {"},
@@ -162,7 +173,7 @@ static bool table_is_built(const OptionTable *table)
            (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
             table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE &&
             table != &BRANCH_TABLE && table != &STIFFENING_TABLE && table != &WEIGHT_TABLE &&
-            table != &LOOK_TABLE);
+            table != &LEVELS_TABLE && table != &FINE_TABLE && table != &LOOK_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);

@@ -83,6 +83,30 @@ TEST(keys_of_both_models_are_read_as_written)
     assert_int_equal(scene->body[0].voxel.body.integrator, INTEGRATOR_SYMPLECTIC_EULER);
 }
 
+TEST(levels_are_a_number_or_a_group)
+{
+    const Scene *scene = read_valid(IN_BODY("levels = {};"));
+    const VoxelOptions *voxel = &scene->body[0].voxel;
+    assert_int_equal(voxel->body.levels, 2);
+    assert_int_equal(voxel->surface_level, 0);
+    assert_int_equal(voxel->fine_count, 0);
+    scene = read_valid(IN_BODY("levels = { inside = 1; };"));
+    assert_int_equal(scene->body[0].voxel.body.levels, 1);
+    scene = read_valid(IN_BODY("levels = { inside = 3; surface = 2; fine = ( { sphere = [1, 2, 3]; "
+                               "radius = 4; }, { sphere = [0, 0, 0]; radius = 0.5; } ); };"));
+    voxel = &scene->body[0].voxel;
+    assert_int_equal(voxel->body.levels, 3);
+    assert_int_equal(voxel->surface_level, 2);
+    assert_int_equal(voxel->fine_count, 2);
+    expect_near(voxel->fine[0].centre.z, 3.0, 0.0);
+    expect_near(voxel->fine[0].radius, 4.0, 0.0);
+    expect_near(voxel->fine[1].radius, 0.5, 0.0);
+    // As loaded, blades may cut such a body or not.
+    assert_false(voxel->body.cuttable);
+    scene = read_valid(IN_BODY("levels = { surface = 1; }; cuttable = true;"));
+    assert_true(scene->body[0].voxel.body.cuttable);
+}
+
 TEST(volumes_have_labels_and_their_own_spacing)
 {
     const Scene *scene = read_valid(VOXELS("file = \"liver.nrrd\";"));
@@ -436,6 +460,31 @@ static const WrongScene WRONG[] = {
     {"bodies = (\n{ name = \"a\"; model = \"voxel\"; } );",
      "2: bodies.voxels is missing (Source of its cells.)"},
     {IN_BODY("levels = 6;"), "2: levels 6 outside [0, 5] of a voxel body"},
+    {IN_BODY("levels = \"fine\";"), "2: levels \"fine\" must be a whole number or a group"},
+    {IN_BODY("levels = {\ninside = 6; };"), "3: inside 6 outside [0, 5]"},
+    {IN_BODY("levels = {\nsurface = -1; };"), "3: surface -1 outside [0, 5]"},
+    {IN_BODY("levels = {\nsurfaces = 1; };"),
+     "3: unknown key surfaces in bodies.levels: did you mean surface?"},
+    {IN_BODY("levels = { inside = 1;\nsurface = 2; };"),
+     "3: levels.surface 2 exceeds levels.inside 1"},
+    {IN_BODY("law = \"miyazaki2004\"; levels = {\nsurface = 1; };"),
+     "3: levels.surface needs law \"affine\""},
+    {IN_BODY("skin = { mesh = \"a.stl\"; }; levels = {\nsurface = 1; };"),
+     "3: levels.surface cannot be mixed with skin"},
+    {IN_BODY("initial = \"a.h5\"; levels = {\nsurface = 1; };"),
+     "3: levels.surface cannot be mixed with initial"},
+    {IN_BODY("weights = ( { nodes = [1]; mass = 0.1; } ); levels = {\nsurface = 1; };"),
+     "3: levels.surface cannot be mixed with weights"},
+    {"publish = { nodes = \"all\"; };\n" IN_BODY("levels = {\nsurface = 1; };"),
+     "4: levels.surface cannot be mixed with publish.nodes = \"all\""},
+    {IN_BODY("levels = {\nfine = ( { sphere = [0, 0, 0]; radius = 0.1; } ); };"),
+     "3: fine means nothing without levels.surface: all elements at the surface are single cells"},
+    {IN_BODY("levels = { surface = 1; fine = (\n{ sphere = [0, 0, 0]; } ); };"),
+     "3: bodies.levels.fine.radius is missing (Radius of the ball.)"},
+    {IN_BODY("levels = { surface = 1; fine = (\n{ sphere = [0, 0, 0]; radius = 0; } ); };"),
+     "3: radius 0 outside (0, 1e+06]"},
+    {START "levels = {\nsurface = 1; }; voxels = { generator = \"disc\"; }; } );",
+     "1: levels of a plane body must be a whole number"},
     {IN_BODY("integrator = \"rk4\";"), "2: integrator \"rk4\" means nothing for a voxel body; only "
                                        "\"symplectic_euler\", \"leapfrog\", \"auto\""},
     {IN_BODY("integrator = \"implicit\";"),
