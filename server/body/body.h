@@ -97,8 +97,10 @@ typedef struct TopologyChange {
     const NodeBirth *born;       // parents before their children
     const int *gone;             // children before their parents
     const int (*gone_parent)[2]; // [gone_count] nodes that they were between, or both NODE_NONE
-    int pieces; // of reconstruct: how many there are, if it may have separated some; else 0
-    bool again; // call once more in this tick: new faces may have to be divided in turn
+    int pieces;  // of reconstruct: how many there are, if it may have separated some; else 0
+    bool again;  // call once more in this tick: new faces may have to be divided in turn
+    bool inside; // of a call that returns false: elements were divided or merged, while nodes,
+                 // faces and what they weigh stayed
 } TopologyChange;
 
 // Parameters that can change while a scene runs.
@@ -140,10 +142,11 @@ typedef struct BodyOps {
     // --- a tick, in this order; called by the step thread ---
     // Refines and coarsens by the current state; NULL: the body has one level of detail. Returns
     // true if the topology changed: `change` describes it, and the body's surface, mesh, mass,
-    // bounds and counts are updated. `step` restarts from 0 after settling.
+    // bounds and counts are updated. `step` restarts from 0 after settling. A solid's faces stay:
+    // it returns false, and sets change->inside.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
-    // Tells where tools will be soon, before adapt, in each tick; at most APPROACH_MOST. NULL: the
-    // body does not look ahead.
+    // Tells where tools will be soon, and where something holds, loads or touches the body, before
+    // adapt, in each tick; at most APPROACH_MOST. NULL: the body does not look ahead.
     void (*approach)(void *model, const Approach *approach, int count);
     // Breaks the links that a blade's edge crosses (cut.h); NULL: the body is not cuttable. Sets
     // `outcome`; if it returns false, only its verdict is valid and nothing was changed. Returns

@@ -3,6 +3,7 @@
 // Step thread.
 #include "sim/follow.h"
 
+#include "base/check.h"
 #include "sim/hold/tie.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
@@ -54,4 +55,14 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
             return;
         follow(sim, b, &change);
     }
+}
+
+void change_inside(Sim *sim, int b, BodyChange *make, void *context)
+{
+    TopologyChange change = {0};
+    sim->body[b].step = sim->clock->step;
+    const bool outside = make(sim, b, context, &change);
+    ASSERT(!outside);
+    if (change.inside)
+        guard_allow_change(sim, b);
 }

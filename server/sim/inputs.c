@@ -4,6 +4,7 @@
 #include "body/body.h"
 #include "sim/sim_data.h"
 #include "sim/hold/tie.h"
+#include "sim/ahead.h"
 #include "sim/cutting.h"
 #include "sim/events.h"
 #include "sim/guard/guard.h"
@@ -94,7 +95,8 @@ bool sim_check(const Sim *sim)
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
-           removing_check(sim) && guard_check(sim) && (sim->ties == NULL || ties_check(sim));
+           removing_check(sim) && ahead_check(sim) && guard_check(sim) &&
+           (sim->ties == NULL || ties_check(sim));
 }
 
 // A mesh changes about once per tick at most: clients of another run have no number this high.

@@ -14,7 +14,8 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
         int own = bodies[b].surface.node_count;
         nodes += own;
         most = body_changes(&bodies[b]) && own > most ? own : most;
-        adapts |= bodies[b].ops->adapt != NULL;
+        // The faces of solids stay as they are.
+        adapts |= bodies[b].ops->adapt != NULL && !bodies[b].surface.solid;
     }
     // Space for two loads that each take every node, or many small ones; with adaptive bodies for
     // eight, since a load also stores the surrounding nodes.
@@ -335,6 +336,16 @@ bool loads_act_on(const LoadSet *set, int64_t load, int first_node, int node_cou
             (set->node == NULL || set->node[i].share > 0.0))
             return true;
     return false;
+}
+
+void loads_add_places(const LoadSet *set, int64_t load, int first_node, Places *places)
+{
+    const Load *at = &set->load[load];
+    const int end = first_node + places->body->surface.node_count;
+    for (int64_t i = at->first; i < at->first + at->count; i++)
+        if (set->pool[i] >= first_node && set->pool[i] < end &&
+            (set->node == NULL || set->node[i].share > 0.0))
+            places_add(places, set->pool[i] - first_node);
 }
 
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step)

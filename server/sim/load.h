@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "body/body.h"
+#include "sim/places.h"
 
 enum { LOAD_CAPACITY = 64 }; // active at a time
 
@@ -67,6 +68,8 @@ void loads_follow(LoadSet *set, Body *bodies, int body_count, int changed,
                   const TopologyChange *change);
 // True if a load pushes one of `node_count` nodes from `first_node` on, counted over all bodies.
 bool loads_act_on(const LoadSet *set, int64_t load, int first_node, int node_count);
+// Adds the nodes of a body that a load pushes; `first_node`: of the body.
+void loads_add_places(const LoadSet *set, int64_t load, int first_node, Places *places);
 // Ends the loads whose time is over.
 void loads_expire(LoadSet *set, Body *bodies, int body_count, int64_t step);
 // True if the state read from a checkpoint is consistent: loads act on slots that have or had a

@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "sim/sim_data.h"
 #include "sim/hold/tie.h"
+#include "sim/ahead.h"
 #include "sim/cutting.h"
 #include "sim/removing.h"
 #include "sim/guard/guard.h"
@@ -308,6 +309,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     create_attachments(sim);
     if (sim->options.max_ties > 0)
         ties_create(sim);
+    ahead_create(sim);
     reserve_forces(sim);
     guard_create(sim);
     if (sim->options.contact_stiffness && sim->contact_count > 0)

@@ -34,6 +34,7 @@ typedef struct GroupMember {
 
 // --- all of it ---
 
+typedef struct Ahead Ahead;         // ahead.h
 typedef struct Cutting Cutting;     // cutting.h
 typedef struct Estimator Estimator; // estimate.h
 typedef struct EventRing EventRing; // events.h
@@ -67,6 +68,7 @@ struct Sim {
     LoadSet loads;
     Cutting *cutting;              // NULL: no body can be cut
     Removing *removing;            // NULL: nothing can be taken away
+    Ahead *ahead;                  // NULL: no body looks ahead for tools
     Attachment **scene_attachment; // [capacity.attachments] as given
     int scene_attachment_count;
     Attachment **joint; // [joint_count] those to bodies, of the scene, then of ties

@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "sim/hold/tie.h"
+#include "sim/ahead.h"
 #include "sim/cutting.h"
 #include "sim/events.h"
 #include "sim/guard/guard.h"
@@ -138,12 +139,18 @@ static bool adapt(Sim *sim, int b, void *context, TopologyChange *change)
     return body->ops->adapt(body, sim->clock->step, sim->tick, change);
 }
 
-// Refines and coarsens bodies.
+// Refines and coarsens bodies, some of which are told before of what will touch them soon.
 static void adapt_bodies(Sim *sim)
 {
-    for (int b = 0; b < sim->body_count; b++)
-        if (sim->body[b].ops->adapt != NULL && !guard_is_frozen(sim, b))
+    for (int b = 0; b < sim->body_count; b++) {
+        if (sim->body[b].ops->adapt == NULL || guard_is_frozen(sim, b))
+            continue;
+        ahead_tell(sim, b);
+        if (sim->body[b].surface.solid)
+            change_inside(sim, b, adapt, NULL);
+        else
             change_body(sim, b, adapt, NULL);
+    }
 }
 
 static bool has_attachments(const Sim *sim)

@@ -287,6 +287,27 @@ void attachment_add_shares(Attachment *attachment, const Body *of, double share,
     }
 }
 
+static void add_corners(const Body *of, int64_t face, Places *places)
+{
+    for (int k = 0; k < 3; k++)
+        places_add(places, of->surface.face[face][k]);
+}
+
+void attachment_add_places(const Attachment *attachment, const Body *of, Places *places)
+{
+    const HoldState *hold = attachment->hold;
+    const int64_t ties = attachment->ties != NULL ? *attachment->ties : 0;
+    for (int64_t i = 0; i < hold->count && attachment->body == of; i++)
+        if (hold->holding && attachment->held[i].share > 0.0)
+            places_add(places, attachment->node[i]);
+    for (int64_t i = 0; i < hold->points && attachment->body == of; i++)
+        add_corners(of, attachment->point[i].face, places);
+    for (int64_t i = 0; i < ties && attachment->body == of; i++)
+        places_add(places, (int)attachment->tie[i].node);
+    for (int64_t i = 0; i < ties && attachment->other == of; i++)
+        add_corners(of, attachment->tie[i].face, places);
+}
+
 const AttachmentOptions *attachment_options(const Attachment *attachment)
 {
     return &attachment->options;

@@ -18,6 +18,7 @@
 #include "base/check.h"
 #include "sim/contact/contact.h"
 #include "body/region.h"
+#include "sim/places.h"
 
 // Hysteresis of a grasper's grip: it closes at GRIP_CLOSES and opens below GRIP_OPENS, so that a
 // trembling finger does not release.
@@ -87,6 +88,9 @@ void attachment_drop(Attachment *attachment);
 bool attachment_is_empty(const Attachment *attachment); // as after attachment_drop
 // Adds `share` to the sums of those nodes of a body that it acts on, at either end.
 void attachment_add_shares(Attachment *attachment, const Body *of, double share, double *sum);
+
+// Adds the nodes of a body on which it acts, at either end.
+void attachment_add_places(const Attachment *attachment, const Body *of, Places *places);
 
 const AttachmentOptions *attachment_options(const Attachment *attachment);
 // Returns the most entries that one evaluation can push on a body, for BodyOps.reserve_forces.

@@ -6,6 +6,7 @@
 #define PLIANT_SIM_TOUCH_H
 
 #include "body/body.h"
+#include "sim/places.h"
 
 typedef struct TouchOptions {
     int body[2];      // indices; twice the same: the body with itself
@@ -56,6 +57,9 @@ void touch_end_substep(Touch *touch);
 bool touch_can_rub(const Touch *touch);
 // Forgets friction: a body was restored, whose bristles are of another motion.
 void touch_forget_friction(Touch *touch);
+
+// Adds the nodes of a body that something of the other, or of itself, is near.
+void touch_add_places(const Touch *touch, Places *places);
 
 // Follows a change of topology of the body with this index of the options.
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change);

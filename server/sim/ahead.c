@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+// What approaches a body, in each tick. All of it follows from the state of the tick, so that
+// replays and restored runs repeat it. Step thread; no allocation except in ahead_create.
+#include "sim/ahead.h"
+
+#include "sim/guard/guard.h"
+#include "sim/places.h"
+
+#include <math.h>
+
+// Places of what holds, loads or touches a body move slowly: they are found again every so many
+// ticks, each body in another one.
+enum { PLACES_EVERY = 16 };
+// A body is finest within four cells of any path, so strips half as wide as this need no radius.
+static const double STRIP = 3.0;  // [cells]
+static const double MARGIN = 1.0; // [cells] that a body keeps around what acts on it
+// Bodies take a path of a larger radius for that of a large tool, whose surroundings need not be
+// of the finest cells.
+static const double LARGEST = 15.0;     // [cells]
+static const double REACHES = 1.5;      // radii around a path in which a body is fine
+static const double LARGEST_TURN = 1.0; // [rad] that a predicted path may turn a tool by
+
+// ---------------------------------------------------------------------------------------------
+// Lists
+
+// Returns the distance of a point from the axis [m].
+static double distance_from(const Approach *approach, Vec3 x)
+{
+    const Region axis = {.from = approach->from, .to = approach->to};
+    return region_distance(&axis, x);
+}
+
+// Returns a capsule around two others: its axis joins two of their ends, those farthest apart.
+static Approach unite(const Approach *a, const Approach *b)
+{
+    const Vec3 end[4] = {a->from, a->to, b->from, b->to};
+    const double radius[4] = {a->radius, a->radius, b->radius, b->radius};
+    Approach both = {.from = end[0], .to = end[0], .speed = fmax(a->speed, b->speed)};
+    double farthest = 0.0;
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < i; k++) {
+            const double length = vec3_length(vec3_sub(end[i], end[k]));
+            if (length <= farthest)
+                continue;
+            farthest = length;
+            both.from = end[k];
+            both.to = end[i];
+        }
+    for (int i = 0; i < 4; i++)
+        both.radius = fmax(both.radius, distance_from(&both, end[i]) + radius[i]);
+    return both;
+}
+
+// About the volume around a capsule in which a body is fine, without the factor pi [m3].
+static double bulk(const Approach *a)
+{
+    return a->radius * a->radius * (vec3_length(vec3_sub(a->to, a->from)) + 4.0 / 3.0 * a->radius);
+}
+
+int ahead_add(Approach *list, int count, int most, const Approach *approach)
+{
+    if (count < most) {
+        list[count] = *approach;
+        return count + 1;
+    }
+    // No room: the one that grows least takes it in.
+    int best = 0;
+    double least = (double)INFINITY;
+    Approach united = list[0];
+    for (int i = 0; i < count; i++) {
+        const Approach both = unite(&list[i], approach);
+        const double more = bulk(&both) - bulk(&list[i]);
+        if (more >= least)
+            continue;
+        least = more;
+        best = i;
+        united = both;
+    }
+    list[best] = united;
+    return count;
+}
+
+int ahead_cover(const Box *box, double size, int most, Approach *list)
+{
+    if (box_is_empty(box))
+        return 0;
+    // Sides by length, the longest first.
+    int axis[3] = {0, 1, 2};
+    double side[3];
+    for (int c = 0; c < 3; c++)
+        side[c] = box->high[c] - box->low[c];
+    for (int i = 1; i < 3; i++)
+        for (int k = i; k > 0 && side[axis[k]] > side[axis[k - 1]]; k--) {
+            const int swap = axis[k];
+            axis[k] = axis[k - 1];
+            axis[k - 1] = swap;
+        }
+    // Strips across the others, so wide that there are not too many.
+    int count[2];
+    double width = 2.0 * STRIP / sqrt(2.0) * size;
+    for (;; width *= 1.25) {
+        for (int i = 0; i < 2; i++)
+            count[i] = (int)fmax(1.0, fmin(ceil(side[axis[i + 1]] / width), most + 1.0));
+        if (count[0] * count[1] <= most)
+            break;
+    }
+    double half = 0.0;
+    for (int i = 0; i < 2; i++)
+        half = hypot(half, 0.5 * side[axis[i + 1]] / count[i]);
+    const double radius = fmin((half + MARGIN * size) / REACHES, LARGEST * size);
+    int found = 0;
+    for (int i = 0; i < count[0]; i++)
+        for (int k = 0; k < count[1]; k++) {
+            double at[3];
+            at[axis[1]] = box->low[axis[1]] + (i + 0.5) / count[0] * side[axis[1]];
+            at[axis[2]] = box->low[axis[2]] + (k + 0.5) / count[1] * side[axis[2]];
+            at[axis[0]] = box->low[axis[0]];
+            const Vec3 from = vec3(at[0], at[1], at[2]);
+            at[axis[0]] = box->high[axis[0]];
+            list[found++] =
+                (Approach){.from = from, .to = vec3(at[0], at[1], at[2]), .radius = radius};
+        }
+    return found;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Tools
+
+// The placements of a tool between which a path leads: as the tick begins, and when it goes on as
+// it moves now. Without the noise of poses, and at rest if none come any more.
+typedef struct ToolPath {
+    ToolPlacement now, soon;
+    double speed;
+} ToolPath;
+
+static ToolPath predict(const ToolMotion *motion)
+{
+    ToolPath path = {.speed = vec3_length(motion->calm_linear)};
+    tool_motion_at(motion, 0.0, &path.now.position, &path.now.orientation);
+    const double turn = APPROACH_TIME * vec3_length(motion->calm_angular);
+    const double part = turn > LARGEST_TURN ? LARGEST_TURN / turn : 1.0;
+    const Quat turned = quat_from_rotation(vec3_scale(part * APPROACH_TIME, motion->calm_angular));
+    path.soon.position = vec3_madd(motion->end_position, APPROACH_TIME, motion->calm_linear);
+    path.soon.orientation = quat_unit(quat_multiply(turned, motion->end_orientation));
+    return path;
+}
+
+static Vec3 placed(const ToolPlacement *at, Vec3 local)
+{
+    return vec3_add(at->position, quat_rotate(at->orientation, local));
+}
+
+// Adds what a capsule in the tool frame sweeps: the ways of its ends, and its axis now and soon.
+static int add_capsule(Approach *list, int count, const ToolPath *path, const Capsule *capsule)
+{
+    enum { MOST = APPROACH_MOST - AHEAD_PLACES };
+    const Vec3 from = placed(&path->now, capsule->from), to = placed(&path->now, capsule->to);
+    const Vec3 from_soon = placed(&path->soon, capsule->from),
+               to_soon = placed(&path->soon, capsule->to);
+    const bool sphere = !(vec3_length(vec3_sub(capsule->to, capsule->from)) > 0.0);
+    Approach approach = {.radius = capsule->radius, .speed = path->speed};
+    const Vec3 way[4][2] = {{from, from_soon}, {to, to_soon}, {from, to}, {from_soon, to_soon}};
+    for (int i = 0; i < (sphere ? 1 : 4); i++) {
+        approach.from = way[i][0];
+        approach.to = way[i][1];
+        count = ahead_add(list, count, MOST, &approach);
+    }
+    return count;
+}
+
+static int add_tool(const Sim *sim, int t, Approach *list, int count)
+{
+    const ToolOptions *tool = &sim->tool[t];
+    const ToolMotion *motion = &sim->motion[t];
+    if (tool->kind != TOOL_STATIC && !motion->active)
+        return count;
+    // A static tool is in the world frame, and never moves.
+    const ToolPlacement still = {.orientation = QUAT_NONE};
+    const ToolPath path =
+        tool->kind == TOOL_STATIC ? (ToolPath){.now = still, .soon = still} : predict(motion);
+    for (int k = 0; k < tool->capsule_count; k++)
+        count = add_capsule(list, count, &path, &tool->capsule[k]);
+    // What cuts or takes tissue away needs no capsule.
+    if (tool->kind == TOOL_BLADE)
+        count =
+            add_capsule(list, count, &path, &(Capsule){.from = tool->edge[0], .to = tool->edge[1]});
+    if (tool->kind == TOOL_REMOVER)
+        count = add_capsule(list, count, &path, &tool->mouth);
+    return count;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Places
+
+// Adds the nodes of a body that are on a plane or near it.
+static void add_plane(const Sim *sim, int b, const Plane *plane, Places *places)
+{
+    const Body *body = &sim->body[b];
+    const Region region = {.kind = REGION_BELOW_PLANE,
+                           .from = plane->point,
+                           .to = plane->normal,
+                           .radius = body->surface.longest_edge};
+    const int count =
+        body->ops->find_nodes(body->model, &region, sim->ahead->found, body->surface.node_count);
+    for (int i = 0; i < count; i++)
+        places_add(places, sim->ahead->found[i]);
+}
+
+// Finds what acts on a body at source number `source`; returns false if there is none so high.
+static bool find_source(const Sim *sim, int b, int source, Places *places)
+{
+    const Body *body = &sim->body[b];
+    const int held = sim->attachment_start[b + 1] - sim->attachment_start[b];
+    *places = places_of(body);
+    // Attachments and graspers, then ties and joints,
+    if (source < held) {
+        attachment_add_places(sim->attachment[sim->attachment_start[b] + source], body, places);
+        return true;
+    }
+    source -= held;
+    if (source < sim->joint_count) {
+        attachment_add_places(sim->joint[source], body, places);
+        return true;
+    }
+    source -= sim->joint_count;
+    // loads,
+    const int loads = sim->loads.count != NULL ? (int)*sim->loads.count : 0;
+    if (source < loads) {
+        int first = 0;
+        for (int k = 0; k < b; k++)
+            first += sim->body[k].surface.node_count;
+        loads_add_places(&sim->loads, source, first, places);
+        return true;
+    }
+    source -= loads;
+    // other bodies, and planes.
+    if (source < sim->touch_count) {
+        touch_add_places(sim->touch[source], places);
+        return true;
+    }
+    source -= sim->touch_count;
+    if (source >= sim->tool_count)
+        return false;
+    if (sim->tool[source].has_plane)
+        add_plane(sim, b, &sim->tool[source].plane, places);
+    return true;
+}
+
+static void find_places(Sim *sim, int b)
+{
+    AheadPlaces *kept = sim->ahead->places[b];
+    const double size = sim->body[b].surface.longest_edge / sqrt(2.0);
+    Approach list[AHEAD_PLACES];
+    Places places;
+    *kept = (AheadPlaces){0};
+    for (int source = 0; find_source(sim, b, source, &places); source++) {
+        places_read(&places);
+        // Each has the room that is left, and a few of those before it give way.
+        const int room = AHEAD_PLACES - (int)kept->count;
+        const int found = ahead_cover(&places.box, size, room > 1 ? room : 1, list);
+        for (int i = 0; i < found; i++)
+            kept->count = ahead_add(kept->place, (int)kept->count, AHEAD_PLACES, &list[i]);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+
+void ahead_create(Sim *sim)
+{
+    int most = 0;
+    for (int b = 0; b < sim->body_count; b++)
+        if (sim->body[b].ops->approach != NULL && sim->body[b].surface.node_count > most)
+            most = sim->body[b].surface.node_count;
+    if (most == 0)
+        return;
+    Ahead *ahead = arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *ahead, "sim/ahead");
+    ahead->found =
+        arena_allocate(sim->arena, ARENA_STEP, (size_t)most, sizeof *ahead->found, "sim/found");
+    sim->ahead = ahead;
+    for (int b = 0; b < sim->body_count; b++) {
+        if (sim->body[b].ops->approach == NULL)
+            continue;
+        ahead->places[b] = arena_allocate(sim->arena, ARENA_STEP, 1, sizeof *ahead->places[b],
+                                          "%s/places", sim->body[b].name);
+        state_add(sim->state, ahead->places[b], sizeof *ahead->places[b], "%s/places",
+                  sim->body[b].name);
+    }
+}
+
+void ahead_tell(Sim *sim, int b)
+{
+    const Body *body = &sim->body[b];
+    if (sim->ahead == NULL || sim->ahead->places[b] == NULL)
+        return;
+    if ((sim->clock->step + b) % PLACES_EVERY == 0)
+        find_places(sim, b);
+    const AheadPlaces *places = sim->ahead->places[b];
+    Approach list[APPROACH_MOST];
+    int count = 0;
+    for (int t = 0; t < sim->tool_count; t++)
+        count = add_tool(sim, t, list, count);
+    for (int i = 0; i < (int)places->count; i++)
+        list[count++] = places->place[i];
+    body->ops->approach(body->model, list, count);
+}
+
+static bool is_sensible(const Approach *approach)
+{
+    // Numbers that are not finite fail.
+    return vec3_length(approach->from) < 1e9 && vec3_length(approach->to) < 1e9 &&
+           approach->radius >= 0.0 && approach->radius < 1e9 && approach->speed >= 0.0 &&
+           approach->speed < 1e9;
+}
+
+bool ahead_check(const Sim *sim)
+{
+    for (int b = 0; sim->ahead != NULL && b < sim->body_count; b++) {
+        const AheadPlaces *places = sim->ahead->places[b];
+        if (places == NULL)
+            continue;
+        if (places->count < 0 || places->count > AHEAD_PLACES)
+            return false;
+        for (int i = 0; i < (int)places->count; i++)
+            if (!is_sensible(&places->place[i]))
+                return false;
+    }
+    return true;
+}
