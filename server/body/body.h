@@ -240,8 +240,8 @@ typedef struct BodyOps {
     void (*measure)(const void *model, BodyMeasure *measure);
     // Estimates the error of the discretisation in space (error.h) from the current state: goes on
     // where the last call stopped, for about `budget` elements or springs. Returns true when a
-    // round is complete and `error` is set; the next call begins another. Changes no state. NULL:
-    // unknown.
+    // round is complete and `error` is set; the next call begins another. Changes no state. Only
+    // for bodies with BodyOptions.estimate_error. NULL: unknown.
     bool (*estimate)(void *model, const ErrorQuestion *question, int budget, BodyError *error);
     // Writes the share of the body's error around each published node, 0 to 255 of the largest, of
     // the last complete round. Comes with `estimate`.
@@ -410,6 +410,7 @@ typedef struct BodyOptions {
     Precision precision;   // of the kernels: single is faster, double is the reference
     bool without_contacts; // nothing can touch or attach to it: no arrays for such forces
     bool without_loads;    // no loads can act on it: no array for external forces
+    bool estimate_error;   // BodyOps.estimate may be called: reserves what it needs
     const char *isa;       // "auto" or a name of isa.h
     Team *team;            // shares the work of large bodies; NULL: one thread; outlives the body
 } BodyOptions;

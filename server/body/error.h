@@ -13,6 +13,7 @@ typedef struct ErrorQuestion {
     int tool_count;
     const Vec3 *tool;   // [tool_count] where tools touch the body [m]
     const double *size; // [tool_count] their radius [m]
+    const Vec3 *force;  // [tool_count] on them, in the world [N]
 } ErrorQuestion;
 
 // The answer.
