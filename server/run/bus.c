@@ -133,6 +133,7 @@ static void send_all(Bus *bus)
     bus_send_frames(bus, now_ns, false);
     bus_send_meshes(bus, now_ns);
     bus_report_ledger(bus, now_ns);
+    bus_send_errors(bus, now_ns);
     bus_send_looks(bus, now_ns);
     bus_report_status(bus, now_ns);
 }

@@ -44,6 +44,7 @@ void bus_create_streams(Bus *bus, Arena *arena)
         bus_create_look_stream(bus, i, arena);
         create_nodes(bus, i, arena);
     }
+    bus_create_errors(bus, arena);
 }
 
 // --- nodes ---
@@ -174,6 +175,7 @@ void bus_send_frames(Bus *bus, int64_t now_ns, bool at_once)
 void bus_restart_streams(Bus *bus)
 {
     bus->ledger_wanted = true;
+    bus_restart_errors(bus);
     bus_restart_meshes(bus);
     for (int i = 0; i < sim_body_count(bus->sim); i++)
         bus->body[i].frame_wanted = true;
@@ -188,8 +190,9 @@ int64_t bus_next_chunk_ns(const Bus *bus)
     for (int i = 0; i < sim_body_count(bus->sim); i++) {
         // chunks that are under way,
         const BodyStream *stream = &bus->body[i];
-        const Pace *pace[] = {&stream->nodes, &stream->whole, &stream->delta_pace};
-        for (int k = 0; k < 3; k++) {
+        const Pace *pace[] = {&stream->nodes, &stream->whole, &stream->delta_pace,
+                              &stream->map_pace};
+        for (int k = 0; k < 4; k++) {
             int64_t due = pace_next_ns(pace[k]);
             next = due < next ? due : next;
         }

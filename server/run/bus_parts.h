@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
 // contacts, replies, events, status), bus_points.c (positions in packets), bus_ledger.c (the
-// ledger), bus_look.c (colours), bus_mesh.c (meshes and rest positions), bus_claim.c (ownership of
-// the prefix). Bus thread only.
+// ledger), bus_error.c (errors), bus_look.c (colours), bus_mesh.c (meshes and rest positions),
+// bus_claim.c (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
 #include "run/bus.h"
 #include "run/ledger.h"
 
+#include "pliant_error_body_t.h"
 #include "pliant_mesh_delta_t.h"
 
 #include "receiver.h"
@@ -26,6 +27,7 @@
     X(STATUS, status_t, SERVER)                                                                    \
     X(CLAIM, claim_t, SERVER)                                                                      \
     X(LEDGER, ledger_t, SERVER)                                                                    \
+    X(ERROR, error_t, SERVER)                                                                      \
     X(CONTACT, contact_t, TOOL)                                                                    \
     X(NODES, nodes_t, BODY)                                                                        \
     X(VELOCITY, nodes_t, BODY)                                                                     \
@@ -34,7 +36,8 @@
     X(MESH_DELTA, mesh_delta_t, BODY)                                                              \
     X(REST, rest_t, BODY)                                                                          \
     X(WALLS, walls_t, BODY)                                                                        \
-    X(LOOK, look_t, BODY)
+    X(LOOK, look_t, BODY)                                                                          \
+    X(ERROR_MAP, error_map_t, BODY)
 
 #define OUT_KIND(channel, type, of) OUT_##channel,
 typedef enum Out { OUT_LIST(OUT_KIND) OUT_KINDS } Out;
@@ -147,7 +150,10 @@ typedef struct BodyStream {
     MeshDelta delta;
     float *node; // of a fitted mesh: what is sent in place of the frame's rows; else NULL
     double *scratch;
-    RestCopy *rest; // of `mesh`; NULL: neither published nor needed for its colours
+    RestCopy *rest;      // of `mesh`; NULL: neither published nor needed for its colours
+    const ErrorMap *map; // the newest taken, or NULL
+    Pace map_pace;
+    bool map_wanted; // again, for a client that asks
 } BodyStream;
 
 typedef struct LookChunk LookChunk;
@@ -193,15 +199,19 @@ struct Bus {
     BodyStream *body;
     pliant_body_status_t *body_status; // scratch
     int64_t next_mesh_ns, next_status_ns, status_reported_ns;
-    int64_t fresh_ns, fresh_ticks;    // of the last status that was not a repeat
-    OutChannel *channel[OUT_KINDS];   // [1, bodies or tools]
-    MeshDeltaChunk *delta_chunk;      // scratch; NULL when no mesh changes
-    LookChunk *look_chunk;            // scratch; NULL: no body has nodes of different colours
-    float *texture;                   // scratch of a chunk; NULL if no body has texture to publish
-    const StatusOut *status;          // the newest taken, or NULL
-    const Ledger *ledger;             // likewise
-    bool ledger_wanted;               // again, for a client that asks
-    int64_t ledger_ns;                // when it was sent last
+    int64_t fresh_ns, fresh_ticks;   // of the last status that was not a repeat
+    OutChannel *channel[OUT_KINDS];  // [1, bodies or tools]
+    MeshDeltaChunk *delta_chunk;     // scratch; NULL when no mesh changes
+    LookChunk *look_chunk;           // scratch; NULL: no body has nodes of different colours
+    float *texture;                  // scratch of a chunk; NULL if no body has texture to publish
+    const StatusOut *status;         // the newest taken, or NULL
+    const Ledger *ledger;            // likewise
+    bool ledger_wanted;              // again, for a client that asks
+    int64_t ledger_ns;               // when it was sent last
+    const ErrorOut *error;           // likewise
+    pliant_error_body_t *body_error; // scratch; NULL: errors are not published
+    bool error_wanted;               // as of the ledger
+    int64_t error_ns;
     int64_t own_status[OWN_STATUSES]; // utimes of our newest statuses
 
     BusCounts counts;
@@ -276,6 +286,11 @@ void bus_report_status(Bus *bus, int64_t now_ns);
 
 // bus_ledger.c. Publishes the ledger if it is new, if a client asked, or once a second.
 void bus_report_ledger(Bus *bus, int64_t now_ns);
+
+// bus_error.c. Publishes errors that are new, or that a client asked for.
+void bus_create_errors(Bus *bus, Arena *arena);
+void bus_send_errors(Bus *bus, int64_t now_ns);
+void bus_restart_errors(Bus *bus);
 
 // bus.c
 // Publishes a message of the kind's type on the channel of a body or tool, else 0, and counts it.

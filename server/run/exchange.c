@@ -249,6 +249,61 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int index, bool a
     return frame->value; // the reader does not write
 }
 
+static void create_errors(Exchange *exchange, Sim *sim, bool maps, Arena *arena)
+{
+    const size_t bodies = (size_t)exchange->body_count;
+    create_slot(&exchange->error, arena, sizeof(ErrorOut) + bodies * sizeof(SimError), "error");
+    if (!maps)
+        return;
+    exchange->error_map = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *exchange->error_map,
+                                         "run/error_map_slots");
+    exchange->error_rounds = arena_allocate(arena, ARENA_OUTPUT, bodies,
+                                            sizeof *exchange->error_rounds, "run/error_rounds");
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(sim, i);
+        if (body->ops->snapshot_error != NULL)
+            create_slot(&exchange->error_map[i], arena,
+                        sizeof(ErrorMap) + (size_t)mesh_most_nodes(body), "error_map");
+    }
+}
+
+void exchange_push_error(Exchange *exchange, Sim *sim)
+{
+    ErrorOut *out = slot_back(&exchange->error);
+    out->step = sim_steps(sim);
+    out->time = sim_time(sim);
+    sim_tool_errors(sim, out->tool);
+    for (int i = 0; i < exchange->body_count; i++)
+        sim_error(sim, i, &out->body[i]);
+    slot_publish(&exchange->error);
+}
+
+bool exchange_push_error_maps(Exchange *exchange, Sim *sim)
+{
+    bool pushed = false;
+    for (int i = 0; i < exchange->body_count && exchange->error_map != NULL; i++) {
+        Slot *slot = &exchange->error_map[i];
+        const Body *body = sim_body(sim, i);
+        const BodyMesh *mesh = &body->mesh;
+        SimError error;
+        sim_error(sim, i, &error);
+        if (slot->memory == NULL || error.age < 0 || error.rounds == exchange->error_rounds[i])
+            continue;
+        ErrorMap *map = slot_back(slot);
+        map->step = sim_steps(sim);
+        map->topology = mesh->topology;
+        map->node_count = mesh->node_count;
+        body->ops->snapshot_error(body->model, map->share);
+        for (int n = 0; n < mesh->node_count; n++)
+            if (mesh->id[n] < 0)
+                map->share[n] = 0;
+        slot_publish(slot);
+        exchange->error_rounds[i] = error.rounds;
+        pushed = true;
+    }
+    return pushed;
+}
+
 // Returns a capacity for that many entries: a power of two within limits.
 static unsigned waiting(double count, unsigned least, unsigned most)
 {
@@ -332,6 +387,8 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
                 sizeof(StatusOut) + (size_t)exchange->body_count * sizeof(BodyOut), "status");
     if (options->ledger > 0)
         create_slot(&exchange->ledger, arena, round_up(options->ledger), "ledger");
+    if (options->errors)
+        create_errors(exchange, sim, options->error_maps, arena);
     // Rings of requests and of the answers, contacts and events that go out.
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
     create_ring(&exchange->urgent, arena, EXCHANGE_URGENT, sizeof(Input), "urgent_requests");

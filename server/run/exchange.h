@@ -162,6 +162,21 @@ typedef struct EventOut {
     char text[INPUT_WHY_MAX];
 } EventOut;
 
+// error_t as the step thread knows it.
+typedef struct ErrorOut {
+    int64_t step;
+    double time; // [s]
+    SimToolError tool[ERROR_TOOLS];
+    SimError body[]; // [body_count]
+} ErrorOut;
+
+// The error around each node slot of a body's mesh, 0 to 255 of the largest (error_map_t).
+typedef struct ErrorMap {
+    int64_t step;
+    int topology, node_count;
+    unsigned char share[];
+} ErrorMap;
+
 // The members of body_status_t that change, as the step thread knows them.
 typedef struct BodyOut {
     BodyMeasure measure;
@@ -198,13 +213,17 @@ typedef struct Exchange {
     Ring urgent;         // likewise: those that overtake (input_is_urgent)
     atomic_int interrupts; // PAUSEs and STOPs that wait: they end a STEP early
     // step -> bus
-    Slot *frame;       // [body_count] of Frame
-    size_t *mesh_at;   // [body_count] offset of the mesh in such a Frame [bytes]; 0: the mesh never
-                       // changes
-    size_t *rest_at;   // [body_count] offset of its rest positions [bytes]; 0: never change, or
-                       // not wanted. NULL: of no body
-    Slot status;       // of StatusOut
-    Slot ledger;       // of Ledger; no memory without bodies that can be cut
+    Slot *frame;     // [body_count] of Frame
+    size_t *mesh_at; // [body_count] offset of the mesh in such a Frame [bytes]; 0: the mesh never
+                     // changes
+    size_t *rest_at; // [body_count] offset of its rest positions [bytes]; 0: never change, or
+                     // not wanted. NULL: of no body
+    Slot status;     // of StatusOut
+    Slot ledger;     // of Ledger; no memory without bodies that can be cut
+    Slot error;      // of ErrorOut; no memory unless errors are published
+    Slot *error_map; // [body_count] of ErrorMap; NULL: maps are not published. No memory: the body
+                     // has none
+    int *error_rounds; // [body_count] of the map handed over last; step thread only
     Ring contact;      // of ContactOut; no memory without tools
     Ring answer;       // of Answer
     Ring event;        // of EventOut
@@ -251,9 +270,10 @@ typedef struct ExchangeOptions {
     bool checkpoints; // space for a checkpoint image
     bool logs_inputs;
     bool records;
-    double nodes_hz; // frames per second to be recorded
-    double tools_hz; // tool samples per second to be recorded; 0: with the nodes
-    size_t ledger;   // bytes; 0: the run has none
+    double nodes_hz;         // frames per second to be recorded
+    double tools_hz;         // tool samples per second to be recorded; 0: with the nodes
+    size_t ledger;           // bytes; 0: the run has none
+    bool errors, error_maps; // they are published
 } ExchangeOptions;
 
 // Allocates everything from the world's arena, which frees it. Load time.
@@ -262,6 +282,9 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
 // leave before the reply. Returns the positions handed over, of rows, valid until the next call for
 // this body.
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at_once);
+// Hand the errors, and the maps of bodies that have new ones, to the bus, if they are published.
+void exchange_push_error(Exchange *exchange, Sim *sim);
+bool exchange_push_error_maps(Exchange *exchange, Sim *sim);
 // Returns the mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread
 // writes it, the thread that took the frame reads it.
 MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);

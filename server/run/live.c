@@ -255,6 +255,8 @@ ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
 {
     return (ExchangeOptions){.velocity = scene->publish.velocity,
                              .rest = scene->publish.rest,
+                             .errors = scene->publish.error_hz > 0.0,
+                             .error_maps = scene->publish.error_map,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,

@@ -205,6 +205,19 @@ static void push_ledger(Loop *loop, bool now)
     loop->handed_over = true;
 }
 
+// Hands errors over when they are due, or `now`, and maps as soon as a body has a new one.
+static void push_errors(Loop *loop, bool now)
+{
+    const double hz = loop->scene->publish.error_hz;
+    if (loop->exchange->error.memory == NULL)
+        return;
+    if (now || loop_due(sim_steps(loop->sim), hz, loop->scene->sim.rate_hz)) {
+        exchange_push_error(loop->exchange, loop->sim);
+        loop->handed_over = true;
+    }
+    loop->handed_over |= exchange_push_error_maps(loop->exchange, loop->sim);
+}
+
 static void report_grasps(Loop *loop)
 {
     GraspEvent event;
@@ -322,6 +335,7 @@ static void tick(Loop *loop, int64_t begin_ns)
         record_tools(loop);
     report_grasps(loop);
     push_ledger(loop, false);
+    push_errors(loop, false);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     // Timings come last: they include the copying above.
@@ -348,6 +362,7 @@ static void run_steps(Loop *loop)
     push_contacts(loop);
     push_frames(loop, true);
     push_ledger(loop, true);
+    push_errors(loop, true);
     loop_push_status(loop);
     requests_finish_step(loop);
     wake_bus(loop);
@@ -496,7 +511,7 @@ void loop_init(Loop *loop, World *world, const Scene *scene, Exchange *exchange,
     for (int i = 0; i < sim_body_count(loop->sim); i++) {
         loop->governs |= sim_body(loop->sim, i)->ops->adapt != NULL;
     }
-    loop->estimates = scene->sim.estimate_error;
+    loop->estimates = scene->sim.estimate_error || exchange->error.memory != NULL;
     governor_init(&loop->governor, scene->sim.rate_hz);
     sim_set_lockstep(loop->sim, false);
 }

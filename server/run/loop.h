@@ -34,7 +34,7 @@ typedef struct Loop {
     int64_t duration_ticks, checkpoint_ticks;
     int done_fd;    // written once when the loop ends
     bool governs;   // some body adapts its level of detail
-    bool estimates; // the scene enables the error estimate
+    bool estimates; // the scene enables the error estimate of the time steps
 
     // the thread's own
     RunState state;

@@ -26,6 +26,7 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
     body->team = world->team;
     body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0 &&
                              scene->sim.max_ties == 0 && scene->touch_count == 0;
+    body->estimate_error = scene->publish.error_hz > 0.0 && options->publishes;
     body->without_loads = scene->load_count == 0 && !options->may_load;
     for (int t = 0; t < scene->tool_count; t++)
         body->removable |= scene->tool[t].kind == TOOL_REMOVER;
@@ -48,6 +49,7 @@ bool world_build(World *world, const Scene *scene, const BuildOptions *options, 
     SimOptions sim = scene->sim;
     sim.may_load = options->may_load;
     sim.estimate_error &= options->publishes;
+    sim.error_hz = options->publishes ? scene->publish.error_hz : 0.0;
     sim.contact_stiffness =
         options->publishes && scene->publish.contact_hz > 0.0 && scene->publish.contact_stiffness;
     sim.counts = (SimCounts){scene->body_count, scene->tool_count, scene->load_count,

@@ -122,11 +122,13 @@ enum { START_RUNNING, START_PAUSED };
 
 typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
+    double error_hz;                                 // likewise
     int positions;                                   // POSITIONS_*
     int nodes;                                       // NODES_*
     bool velocity;
     bool rest;              // publishes rest positions and texture coordinates with meshes
     bool contact_stiffness; // of contacts
+    bool error_map;         // of each node, with the errors of bodies
 } ScenePublish;
 
 typedef struct SceneLoad {

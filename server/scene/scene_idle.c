@@ -56,6 +56,11 @@ static bool publishes_all_nodes(const OptionPlace *place)
     return place->scene->publish.nodes == NODES_ALL;
 }
 
+static bool publishes_no_errors(const OptionPlace *place)
+{
+    return !(place->scene->publish.error_hz > 0.0);
+}
+
 static bool publishes_no_contacts(const OptionPlace *place)
 {
     return !(place->scene->publish.contact_hz > 0.0);
@@ -186,6 +191,7 @@ const OptionIdle IDLE_IS_NOT_SHOWN = {is_not_shown,
 const OptionIdle IDLE_PUBLISHES_ALL_NODES = {publishes_all_nodes, "publish.nodes is \"all\""};
 const OptionIdle IDLE_HAS_NO_TOOL = {publishes_contacts_of_none, "there is no tool"};
 const OptionIdle IDLE_HAS_ONLY_PLANES = {has_only_planes, "plane bodies report none"};
+const OptionIdle IDLE_PUBLISHES_NO_ERRORS = {publishes_no_errors, "error_hz is 0"};
 const OptionIdle IDLE_PUBLISHES_NO_CONTACTS = {publishes_no_contacts, "contact_hz is 0"};
 const OptionIdle IDLE_HAS_ONE_LEVEL = {has_one_level, "levels is 0"};
 const OptionIdle IDLE_IS_EXPLICIT = {is_explicit, "the integrator is not \"implicit\""};

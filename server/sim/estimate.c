@@ -6,6 +6,11 @@
 // Forces of tools and attachments are excluded, since trying them would change their memory. The
 // estimate is published and never affects the motion: it is no part of the state, and a run with it
 // is bit-identical to one without. Step thread.
+//
+// Errors of ticks add up for as long as they have one sign, which is that of the acceleration:
+// until the motion turns (an oscillation) or fades (a damped body), in a time of about v/a. So much
+// of them the present state has: of a first-order scheme h/2 v, its delay by half a step. A body at
+// rest has none, whatever pushes it: there v is 0.
 #include "sim/estimate.h"
 
 #include "sim/step.h"
@@ -15,6 +20,10 @@
 
 enum { SAMPLE = 64 }; // compared nodes, spread over those in use
 
+static const double EASE = 0.25;   // of the means over tries [s]
+static const double OLD = 1.0;     // after which a try tells nothing of the present [s]
+static const double LONGEST = 1.0; // that errors add up: those of free flight never fade [s]
+
 // The state that a try changes besides the rows, whose current values commit keeps: warm starts of
 // rotations, measured forces. All of the listed state but the rows is saved.
 typedef struct Kept {
@@ -23,11 +32,17 @@ typedef struct Kept {
     size_t *bytes;
     char *block;  // copies, one after the other
     double error; // largest since it was taken [m]
+    // Means of squares, rms over the sample, and the tick of the newest try; -1: none.
+    double error2, speed_error2;  // of a tick, in positions [m2] and velocities [m2/s2]
+    double speed2, acceleration2; // [m2/s2], [m2/s4]
+    int64_t step;
 } Kept;
 
 struct Estimator {
     Kept *kept;                         // [count]
     Vec3 whole[SAMPLE], halves[SAMPLE]; // results of a try [m]
+    // Velocities before, and as results [m/s]; positions before [m].
+    Vec3 before[SAMPLE], after[SAMPLE], halves_after[SAMPLE], place[SAMPLE];
     int node[SAMPLE];
 };
 
@@ -68,6 +83,7 @@ Estimator *estimate_create(const Body *body, int count, const StateList *state, 
         arena_allocate(arena, ARENA_STEP, (size_t)count, sizeof(Kept), "error estimate of bodies");
     for (int b = 0; b < count; b++)
         create_kept(&estimator->kept[b], body[b].name, state, arena);
+    estimate_forget(estimator, count);
     return estimator;
 }
 
@@ -96,12 +112,14 @@ static int sample(const BodySurface *surface, int *node)
     return count;
 }
 
-// Advances from the current state, whose rows are unchanged, and returns the sample's positions.
-static void advance(Sim *sim, int index, int steps, const int *node, int count, Vec3 *position)
+// Advances from the current state, whose rows are unchanged, and returns the sample's positions
+// and, unless NULL, velocities.
+static void advance(Sim *sim, int index, int steps, const int *node, int count, Vec3 *position,
+                    Vec3 *velocity)
 {
     const Body *body = &sim->body[index];
     advance_alone(sim, index, steps);
-    body->ops->read_nodes(body->model, node, count, position, NULL);
+    body->ops->read_nodes(body->model, node, count, position, velocity);
     body->ops->abandon(body->model);
 }
 
@@ -115,6 +133,42 @@ static double farthest(const Vec3 *a, const Vec3 *b, int count)
     return sqrt(most);
 }
 
+static double mean2(const Vec3 *a, const Vec3 *b, int count)
+{
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        const Vec3 apart = b != NULL ? vec3_sub(a[i], b[i]) : a[i];
+        sum += vec3_dot(apart, apart);
+    }
+    return sum / count;
+}
+
+static void ease(double *mean, double weight, double value)
+{
+    *mean += weight * (value - *mean);
+}
+
+// Lets the means follow a try; `scale`: from the distance of its results to the error of a tick.
+static void follow(Kept *kept, const Sim *sim, int index, int count, double scale)
+{
+    const Estimator *from = sim->estimator;
+    const double h = sim->body[index].h, scale2 = scale * scale;
+    const double error2 = scale2 * mean2(from->whole, from->halves, count);
+    const double speed_error2 = scale2 * mean2(from->after, from->halves_after, count);
+    const double speed2 = mean2(from->before, NULL, count);
+    const double acceleration2 = mean2(from->after, from->before, count) / (h * h);
+    if (!isfinite(error2 + speed_error2 + speed2 + acceleration2))
+        return;
+    const int64_t step = sim->clock->step;
+    const double passed = (double)(step - kept->step) * sim->tick;
+    const double weight = kept->step < 0 ? 1.0 : -expm1(-passed / EASE);
+    ease(&kept->error2, weight, error2);
+    ease(&kept->speed_error2, weight, speed_error2);
+    ease(&kept->speed2, weight, speed2);
+    ease(&kept->acceleration2, weight, acceleration2);
+    kept->step = step;
+}
+
 void estimate_try(Sim *sim, int index)
 {
     Estimator *estimator = sim->estimator;
@@ -125,17 +179,20 @@ void estimate_try(Sim *sim, int index)
         return;
     // From one state, one whole step and two halves, both taken back.
     keep(kept);
-    advance(sim, index, 1, estimator->node, count, estimator->whole);
+    body->ops->read_nodes(body->model, estimator->node, count, estimator->place, estimator->before);
+    advance(sim, index, 1, estimator->node, count, estimator->whole, estimator->after);
     put_back(kept);
-    advance(sim, index, 2, estimator->node, count, estimator->halves);
+    advance(sim, index, 2, estimator->node, count, estimator->halves, estimator->halves_after);
     put_back(kept);
 
     // The distance of the two results tells the error of the whole step.
     const double twice = pow(2.0, integrator_get(body->integrator)->order);
     const double apart = farthest(estimator->whole, estimator->halves, count);
-    const double error = twice / (twice - 1.0) * apart * body->substeps;
+    const double scale = twice / (twice - 1.0) * body->substeps;
+    const double error = scale * apart;
     if (isfinite(error)) // a state that goes bad is reported by the guard
         kept->error = fmax(kept->error, error);
+    follow(kept, sim, index, count, scale);
 }
 
 double estimate_take(Estimator *estimator, int index)
@@ -143,4 +200,22 @@ double estimate_take(Estimator *estimator, int index)
     const double error = estimator->kept[index].error;
     estimator->kept[index].error = 0.0;
     return error;
+}
+
+double estimate_now(const Estimator *estimator, int index, int64_t step, double tick)
+{
+    const Kept *kept = &estimator->kept[index];
+    if (kept->step < 0 || (double)(step - kept->step) * tick > OLD)
+        return -1.0;
+    const double turning = LONGEST * LONGEST * kept->acceleration2;
+    const double lasts =
+        kept->speed2 < turning ? sqrt(kept->speed2 / kept->acceleration2) : LONGEST;
+    // An error of the velocity moves the body for as long.
+    return sqrt(kept->error2 + lasts * lasts * kept->speed_error2) * lasts / tick;
+}
+
+void estimate_forget(Estimator *estimator, int count)
+{
+    for (int b = 0; b < count; b++)
+        estimator->kept[b].step = -1;
 }

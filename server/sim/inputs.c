@@ -6,6 +6,8 @@
 #include "sim/hold/tie.h"
 #include "sim/ahead.h"
 #include "sim/cutting.h"
+#include "sim/error.h"
+#include "sim/estimate.h"
 #include "sim/events.h"
 #include "sim/guard/guard.h"
 #include "sim/removing.h"
@@ -113,6 +115,10 @@ static void follow_state(Sim *sim, bool another_run)
     // Estimates belong to the motion before.
     if (sim->stiffness != NULL)
         stiffness_forget(sim->stiffness);
+    if (sim->estimator != NULL)
+        estimate_forget(sim->estimator, sim->body_count);
+    if (sim->errors != NULL)
+        errors_forget(sim->errors, sim->body_count);
     for (int b = 0; b < sim->body_count; b++) {
         Body *body = &sim->body[b];
         // The state of another run brings that run's number of the mesh.

@@ -9,6 +9,7 @@
 #include "sim/removing.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
+#include "sim/error.h"
 #include "sim/estimate.h"
 #include "sim/events.h"
 #include "sim/step.h"
@@ -343,8 +344,11 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
             return false;
     // Settling costs no time in the statistics.
     memset(sim->stage_ns, 0, sizeof sim->stage_ns);
-    if (sim->options.estimate_error)
+    const double error_hz = sim->options.error_hz;
+    if (sim->options.estimate_error || error_hz > 0.0)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
+    if (error_hz > 0.0)
+        sim->errors = errors_create(sim->body_count, sim->tick, error_hz, sim->arena);
     // RESET returns to this state.
     sim->start_state =
         arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");

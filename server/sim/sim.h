@@ -35,6 +35,7 @@ typedef enum StageId {
     STAGE_WATCH,         // time that tools are in regions
     STAGE_TIES,          // ties by message that break
     STAGE_STIFFNESS,     // contact stiffness, a part of it per tick
+    STAGE_ERROR,         // error of the discretisation, likewise
     STAGE_ESTIMATE,      // tried steps for the error estimate (the runner's, in the time left)
     STAGE_SNAPSHOT,      // hand positions to the bus (the runner's)
     STAGE_COUNT,
@@ -207,6 +208,8 @@ typedef struct SimOptions {
     bool may_load;          // loads can come at run time (by message or log)
     bool contact_stiffness; // compute ToolWrench.stiffness
     bool estimate_error;    // steps may be tried
+    double error_hz;        // most estimates of a body's whole error per second; 0: none. With it
+                            // steps may be tried, too
     int max_ties;           // ties by message at a time; 0: none
     SimCounts counts;
 } SimOptions;
@@ -330,6 +333,27 @@ void sim_try_step(Sim *sim, int body);
 void sim_step_alone(Sim *sim, int body);
 // Returns the largest estimated error of a tick of that body since the last call [m]; 0: unknown.
 double sim_take_error(Sim *sim, int body);
+
+// The error of a body's discretisation (error.c). -1: unknown.
+typedef struct SimError {
+    double space;    // of the discretisation in space: of the outer nodes' displacements, rms [m]
+    double steps;    // of the time steps, likewise [m] (estimate.h)
+    double total;    // the first, and the second where it is known [m]
+    double relative; // the same over the rms displacement of the outer nodes, or over 1/1000 of the
+                     // longest edge if that is more
+    int64_t age;     // ticks since the state that `space` is of
+    int rounds;      // of BodyOps.estimate completed since the start
+} SimError;
+
+// The force of a tool on all bodies and its error by the discretisation in space.
+typedef struct SimToolError {
+    double force; // sum of what it exerts on each body in the last tick [N]; 0: it touches none
+    double error; // [N]; -1: unknown
+} SimToolError;
+
+// With SimOptions.error_hz; the latter sets one for each tool. Between two ticks.
+void sim_error(const Sim *sim, int body, SimError *error);
+void sim_tool_errors(const Sim *sim, SimToolError *error);
 
 // Return the stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

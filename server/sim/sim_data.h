@@ -34,13 +34,14 @@ typedef struct GroupMember {
 
 // --- all of it ---
 
-typedef struct Ahead Ahead;         // ahead.h
-typedef struct Cutting Cutting;     // cutting.h
-typedef struct Estimator Estimator; // estimate.h
-typedef struct EventRing EventRing; // events.h
-typedef struct Guard Guard;         // guard/guard.h
-typedef struct Removing Removing;   // removing.h
-typedef struct TiePool TiePool;     // hold/tie.h
+typedef struct Ahead Ahead;             // ahead.h
+typedef struct Cutting Cutting;         // cutting.h
+typedef struct ErrorRounds ErrorRounds; // error.h
+typedef struct Estimator Estimator;     // estimate.h
+typedef struct EventRing EventRing;     // events.h
+typedef struct Guard Guard;             // guard/guard.h
+typedef struct Removing Removing;       // removing.h
+typedef struct TiePool TiePool;         // hold/tie.h
 
 struct Sim {
     // --- constant after sim_seal ---
@@ -80,6 +81,7 @@ struct Sim {
     Touch **touch;           // [capacity.touches] as given
     int touch_count;
     Estimator *estimator;          // of the steps' error; NULL: disabled
+    ErrorRounds *errors;           // of the whole error; NULL: nobody asks
     StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any
     TiePool *ties;                 // NULL: none by message
 

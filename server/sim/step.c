@@ -7,6 +7,7 @@
 #include "sim/hold/tie.h"
 #include "sim/ahead.h"
 #include "sim/cutting.h"
+#include "sim/error.h"
 #include "sim/events.h"
 #include "sim/guard/guard.h"
 #include "sim/follow.h"
@@ -630,9 +631,20 @@ static void estimate_stiffness(Sim *sim)
         stiffness_step(sim->stiffness, sim->clock->step);
 }
 
+static bool has_errors(const Sim *sim)
+{
+    return sim->options.error_hz > 0.0;
+}
+
+static void estimate_errors(Sim *sim)
+{
+    if (sim->errors != NULL) // settling is over
+        errors_step(sim);
+}
+
 static bool has_estimate(const Sim *sim)
 {
-    return sim->options.estimate_error;
+    return sim->options.estimate_error || has_errors(sim);
 }
 
 // The stages of a tick, in order. A scene runs those that it needs. Without a function: the
@@ -660,6 +672,7 @@ static const struct {
     [STAGE_WATCH] = {"watch", has_watched_regions, watch_tools},
     [STAGE_TIES] = {"ties", has_ties, ties_stage},
     [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
+    [STAGE_ERROR] = {"error", has_errors, estimate_errors},
     [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
     [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
 };

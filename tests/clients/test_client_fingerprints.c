@@ -15,7 +15,9 @@ typedef struct Fingerprint {
 static const Fingerprint PUBLISHED[] = {
     {"pliant_body_status_t", 0x991c11491664cb0b},   {"pliant_claim_t", 0xfe7a3f74a34be92f},
     {"pliant_command_t", 0xcb038eea8be21f52},       {"pliant_contact_t", 0x4e0376a28edf41da},
-    {"pliant_cut_t", 0x6d0efac2cb844dd1},           {"pliant_event_t", 0xce1dc83f7018c10d},
+    {"pliant_cut_t", 0x6d0efac2cb844dd1},           {"pliant_error_body_t", 0xc464873dfdba2544},
+    {"pliant_error_map_t", 0x901507f425c711c1},     {"pliant_error_t", 0x93cdc26d3c8e966f},
+    {"pliant_error_tool_t", 0xc55a2f9c9c49b23d},    {"pliant_event_t", 0xce1dc83f7018c10d},
     {"pliant_hello_t", 0x1021550bd19bf4a6},         {"pliant_ledger_body_t", 0x9cfa83911e1844da},
     {"pliant_ledger_region_t", 0x854b9fc064b0e070}, {"pliant_ledger_t", 0x9e269b1299f33b3c},
     {"pliant_ledger_tissue_t", 0x26df9e3681bdfe93}, {"pliant_load_t", 0x82f1551aa90e215f},

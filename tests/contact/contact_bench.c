@@ -173,7 +173,8 @@ void bench_create(Bench *bench, const BenchOptions *options)
     SimOptions sim = {.rate_hz = options->rate_hz,
                       .gravity = options->gravity,
                       .tool_timeout_s = options->tool_timeout_s,
-                      .contact_stiffness = options->contact_stiffness};
+                      .contact_stiffness = options->contact_stiffness,
+                      .error_hz = options->error_hz};
     Status status = {0};
     Body body;
     bench->sim = sim_create(&sim, &bench->arena, &bench->state);

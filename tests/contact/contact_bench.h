@@ -41,6 +41,7 @@ typedef struct BenchOptions {
     int tool_count;
     ToolOptions tool[4];
     bool contact_stiffness; // told
+    double error_hz;        // likewise the errors; 0: none
 } BenchOptions;
 
 typedef struct Bench {

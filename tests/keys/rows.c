@@ -118,6 +118,7 @@ const KeyRow KEY_ROWS[] = {
     {IN(PUBLISH, mesh_hz, ALL, STREAM, HEAD, "", "publish = { mesh_hz = 20.0; };")},
     {IN(PUBLISH, contact_hz, ALL, STREAM, HEAD, "", "publish = { contact_hz = 10.0; };")},
     {IN(PUBLISH, status_hz, ALL, STREAM, HEAD, "", "publish = { status_hz = 20.0; };")},
+    {IN(PUBLISH, error_hz, ALL, STREAM, HEAD, "", "publish = { error_hz = 10.0; };")},
     {IN(PUBLISH, nodes, V, STREAM, HEAD, "", "publish = { nodes = \"all\"; };")},
     // They have no inside: all their nodes are published anyhow.
     {IS_IDLE(PUBLISH, nodes, S | P, HEAD, "", "publish = { nodes = \"all\"; };",
@@ -130,6 +131,8 @@ const KeyRow KEY_ROWS[] = {
     {IS_IDLE(PUBLISH, contact_stiffness, P, HEAD, "", "publish = { contact_stiffness = false; };",
              "plane bodies report none")},
 
+    {IS_IDLE(PUBLISH, error_map, ALL, HEAD, "", "publish = { error_map = true; };",
+             "error_hz is 0")},
     {IS_IDLE(PUBLISH, positions, ALL, HEAD, "publish = { nodes_hz = 0.0; };",
              "publish = { nodes_hz = 0.0; positions = \"both\"; };", "nodes_hz is 0")},
     {IS_IDLE(PUBLISH, velocity, ALL, HEAD, "publish = { nodes_hz = 0.0; };",

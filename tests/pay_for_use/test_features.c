@@ -69,6 +69,12 @@ static const Case COMMON[] = {
      .tail = PROBE,
      .others = 2}, // contact, its messages
     {.feature = "error of the time steps in status", .head = "estimate_error = true;"},
+    {.feature = "error of bodies in messages",
+     .publish = SILENT " error_hz = 10.0;",
+     .others = 1}, // that of the time steps
+    {.feature = "error of nodes in messages",
+     .publish = SILENT " error_hz = 10.0; error_map = true;",
+     .others = 2},                                                                // both of these
     {.feature = "checkpoints", .arguments = "--checkpoint none.h5", .others = 1}, // files thread
     {.feature = "log of applied inputs", .arguments = "--log-inputs none.log", .others = 1},
     {.feature = "recording",
