@@ -140,6 +140,37 @@ void view_print_ledger(const PliantLedger *ledger, FILE *out)
         print_region(&ledger->region[r], out);
 }
 
+// Prints an error, or that it is unknown.
+static void print_error(const char *what, double error, double scale, const char *unit, FILE *out)
+{
+    if (error < 0.0)
+        fprintf(out, "  %s ?", what);
+    else
+        fprintf(out, "  %s %.3g %s", what, scale * error, unit);
+}
+
+static void print_errors(const PliantErrors *errors, FILE *out)
+{
+    fprintf(out, "\nerrors, estimated at tick %lld\n", (long long)errors->step);
+    for (int b = 0; b < errors->body_count; b++) {
+        const PliantErrorOfBody *body = &errors->body[b];
+        fputs("  body ", out);
+        program_print_text(out, body->body, false);
+        print_error("space", body->space, 1e3, "mm", out);
+        print_error("steps", body->steps, 1e3, "mm", out);
+        print_error("together", body->total, 1e3, "mm", out);
+        print_error("of the displacement", body->relative, 100.0, "%", out);
+        fputc('\n', out);
+    }
+    for (int t = 0; t < errors->tool_count; t++) {
+        const PliantErrorOfTool *tool = &errors->tool[t];
+        fprintf(out, "  tool %d  %.4f N", tool->tool, tool->force);
+        print_error("+-", tool->error, 1.0, "N", out);
+        print_error("", tool->share, 100.0, "%", out);
+        fputc('\n', out);
+    }
+}
+
 static double force_of(const PliantContact *c)
 {
     return sqrt(c->force[0] * c->force[0] + c->force[1] * c->force[1] + c->force[2] * c->force[2]);
@@ -183,6 +214,8 @@ void view_print(const View *view, const PliantClient *client, FILE *out)
     }
     if (pliant_ledger(client))
         view_print_ledger(pliant_ledger(client), out);
+    if (pliant_errors(client))
+        print_errors(pliant_errors(client), out);
     print_tools(client, out);
     int64_t first = view->events > VIEW_EVENTS ? view->events - VIEW_EVENTS : 0;
     for (int64_t k = first; k < view->events; k++) {

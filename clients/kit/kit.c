@@ -186,6 +186,7 @@ void kit_forget(PliantClient *kit)
     kit->taken = NULL;
     forget_status(kit);
     kit_forget_ledger(kit);
+    kit_forget_errors(kit);
 }
 
 static void on_contact(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
@@ -210,6 +211,12 @@ static void on_ledger(const lcm_recv_buf_t *buffer, const char *channel, void *k
 {
     (void)channel;
     kit_take_ledger(kit, buffer->data, buffer->data_size);
+}
+
+static void on_errors(const lcm_recv_buf_t *buffer, const char *channel, void *kit)
+{
+    (void)channel;
+    kit_take_errors(kit, buffer->data, buffer->data_size);
 }
 
 // --- connection ----------------------------------------------------------------------------------
@@ -238,6 +245,7 @@ static bool connect(PliantClient *kit, const PliantOptions *options)
             client_subscribe(&kit->client, "STATUS", NULL, 4, on_status, kit) &&
             client_subscribe(&kit->client, "EVENT", NULL, 64, on_event, kit) &&
             client_subscribe(&kit->client, "LEDGER", NULL, 4, on_ledger, kit) &&
+            client_subscribe(&kit->client, "ERROR", NULL, 4, on_errors, kit) &&
             pliant_hear_bodies(kit, true)) ||
            client_fail(&kit->error, "LCM refuses to subscribe to %s_*", kit->client.prefix);
 }

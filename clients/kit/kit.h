@@ -11,6 +11,7 @@
 
 #include "pliant_cut_t.h"
 #include "pliant_event_t.h"
+#include "pliant_error_t.h"
 #include "pliant_ledger_t.h"
 #include "pliant_status_t.h"
 
@@ -95,6 +96,9 @@ struct PliantClient {
     pliant_ledger_t *ledger_message; // NULL: none
     PliantLedger ledger;
     int64_t ledgers;
+    pliant_error_t *errors_message; // NULL: none
+    PliantErrors errors;
+    int64_t error_count;
     pliant_event_t *event[KIT_EVENTS]; // a ring
     unsigned event_first, event_end;
     pliant_event_t *taken; // behind the event that was handed out
@@ -131,9 +135,11 @@ void kit_take_contact(PliantClient *kit, const void *data, size_t size);
 void kit_take_status(PliantClient *kit, const void *data, size_t size);
 void kit_take_event(PliantClient *kit, const void *data, size_t size);
 void kit_take_ledger(PliantClient *kit, const void *data, size_t size);
+void kit_take_errors(PliantClient *kit, const void *data, size_t size);
 // Frees what they have kept.
 void kit_forget(PliantClient *kit);
 void kit_forget_ledger(PliantClient *kit);
+void kit_forget_errors(PliantClient *kit);
 
 void kit_bodies_destroy(PliantClient *kit);
 // Handles messages until `deadline_ns`, a signal, or `*count` (may be NULL) differs from `before`.

@@ -112,6 +112,20 @@ class _Ledger(ctypes.Structure):
                 ("tissue", POINTER(_Tissue)), ("region", POINTER(_Region))]
 
 
+class _ErrorOfBody(ctypes.Structure):
+    _fields_ = [("body", c_char_p), ("space", c_double), ("steps", c_double), ("total", c_double),
+                ("relative", c_double), ("age", c_int64)]
+
+
+class _ErrorOfTool(ctypes.Structure):
+    _fields_ = [("tool", c_int32), ("force", c_double), ("error", c_double), ("share", c_double)]
+
+
+class _Errors(ctypes.Structure):
+    _fields_ = [("step", c_int64), ("time", c_double), ("received", c_double), ("body_count", c_int32),
+                ("tool_count", c_int32), ("body", POINTER(_ErrorOfBody)), ("tool", POINTER(_ErrorOfTool))]
+
+
 class _ToolRow(ctypes.Structure):
     _fields_ = [("time", c_double), ("position", _Vector), ("orientation", c_double * 4), ("force", _Vector)]
 
@@ -158,6 +172,8 @@ _status = _declare(POINTER(_Status), "status", c_void_p)
 _wait_status = _declare(POINTER(_Status), "wait_status", c_void_p, c_double)
 _ledger = _declare(POINTER(_Ledger), "ledger", c_void_p)
 _wait_ledger = _declare(POINTER(_Ledger), "wait_ledger", c_void_p, c_double)
+_errors = _declare(POINTER(_Errors), "errors", c_void_p)
+_wait_errors = _declare(POINTER(_Errors), "wait_errors", c_void_p, c_double)
 _stop = _declare(None, "stop", c_void_p)
 _wait_next = _declare(c_int, "wait_next", c_void_p, c_double)
 _wait_server = _declare(c_bool, "wait_server", c_void_p, c_double)
@@ -219,6 +235,9 @@ Tissue = _record("Tissue", _Tissue)
 Sections = _record("Sections", _Sections)
 Region = _record("Region", _Region)
 Ledger = collections.namedtuple("Ledger", ["step", "time", "received", "bodies", "tissues", "regions"])
+ErrorOfBody = _record("ErrorOfBody", _ErrorOfBody)
+ErrorOfTool = _record("ErrorOfTool", _ErrorOfTool)
+Errors = collections.namedtuple("Errors", ["step", "time", "received", "bodies", "tools"])
 
 
 def _take(record, pointer):
@@ -240,6 +259,13 @@ def _take_ledger(pointer):
                   [_take(Sections, ctypes.pointer(ledger.body[k])) for k in range(ledger.body_count)],
                   [_take(Tissue, ctypes.pointer(ledger.tissue[k])) for k in range(ledger.tissue_count)],
                   [_take(Region, ctypes.pointer(ledger.region[k])) for k in range(ledger.region_count)])
+
+
+def _take_errors(pointer):
+    errors = pointer[0]
+    return Errors(errors.step, errors.time, errors.received,
+                  [_take(ErrorOfBody, ctypes.pointer(errors.body[k])) for k in range(errors.body_count)],
+                  [_take(ErrorOfTool, ctypes.pointer(errors.tool[k])) for k in range(errors.tool_count)])
 
 
 def _text(text):
@@ -566,6 +592,16 @@ class Client(_Opened):
     def wait_ledger(self, seconds=10.0):
         """The next ledger."""
         return _take_ledger(self._check(_wait_ledger(self._handle, seconds)))
+
+    @property
+    def errors(self):
+        """The newest errors of bodies and of tools' forces, or None."""
+        pointer = _errors(self._handle)
+        return _take_errors(pointer) if pointer else None
+
+    def wait_errors(self, seconds=10.0):
+        """The next errors."""
+        return _take_errors(self._check(_wait_errors(self._handle, seconds)))
 
     def events(self):
         """Takes the events that have come."""

@@ -8,6 +8,8 @@
 #include "pliant_claim_t.h"
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
+#include "pliant_error_map_t.h"
+#include "pliant_error_t.h"
 #include "pliant_event_t.h"
 #include "pliant_hello_t.h"
 #include "pliant_ledger_t.h"
@@ -47,6 +49,9 @@ const WireType WIRE_PLAYBACK = {"l ii bbb 7d l i n *0d *0s *0s nn *1i *2f",
 const WireType WIRE_EVENT = {"l i l sss", __pliant_event_t_get_hash, "event_t"};
 const WireType WIRE_LEDGER = {"l i l d nnn *0(sbdd) *1(ssdddddd) *2(sbbdddss)",
                               __pliant_ledger_t_get_hash, "ledger_t"};
+const WireType WIRE_ERROR = {"l i l d nn *0(sddddl) *1(iddd)", __pliant_error_t_get_hash,
+                             "error_t"};
+const WireType WIRE_ERROR_MAP = {"l i l iiiii n *0b", __pliant_error_map_t_get_hash, "error_map_t"};
 
 enum { WALK_COUNTS = 4 };
 

@@ -6,6 +6,8 @@
 
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
+#include "pliant_error_map_t.h"
+#include "pliant_error_t.h"
 #include "pliant_event_t.h"
 #include "pliant_look_t.h"
 #include "pliant_ledger_t.h"
@@ -57,8 +59,10 @@ DEFINE_CODEC(rest)
 DEFINE_CODEC(playback)
 DEFINE_CODEC(look)
 DEFINE_CODEC(ledger)
+DEFINE_CODEC(error)
+DEFINE_CODEC(error_map)
 
-enum { TYPES = 13 };
+enum { TYPES = 15 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -146,6 +150,16 @@ static void make_all(Raw raw[TYPES])
                                                              .body = sections,
                                                              .tissue = tissues,
                                                              .region = regions});
+    static pliant_error_body_t errors[2] = {
+        {.name = (char *)"a", .space = 1e-4, .steps = 1e-6, .total = 1.01e-4, .age = 24},
+        {.name = (char *)"", .space = -1.0, .steps = -1.0, .age = -1}};
+    static pliant_error_tool_t tools[1] = {{.tool = 7, .force = 0.5, .error = 0.1, .share = 0.2}};
+    raw[13] = encode_error(
+        &WIRE_ERROR,
+        &(pliant_error_t){.num_bodies = 2, .num_tools = 1, .body = errors, .tool = tools});
+    raw[14] = encode_error_map(
+        &WIRE_ERROR_MAP,
+        &(pliant_error_map_t){.node_count = 6, .chunk_count = 1, .num_values = 6, .share = colour});
 }
 
 static void free_all(Raw raw[TYPES])

@@ -424,6 +424,42 @@ PLIANT_API const PliantLedger *pliant_ledger(const PliantClient *client);
 // Waits for the next one. Returns NULL after `seconds`, or if the connection breaks.
 PLIANT_API const PliantLedger *pliant_wait_ledger(PliantClient *client, double seconds);
 
+// --- the error: how far the simulation is from the same tissue in infinitely small elements and
+// steps ---
+
+// Of one body, as far as it can tell; -1: unknown.
+typedef struct PliantErrorOfBody {
+    const char *body;
+    double space;    // of the discretisation in space: of the outer nodes' displacements, rms [m]
+    double steps;    // of the time steps: a delay, mostly, so 0 at rest [m]
+    double total;    // the first, and the second where it is known [m]
+    double relative; // total over the rms displacement of the outer nodes, or over 1/1000 of the
+                     // longest edge if that is more
+    int64_t age;     // ticks since the state that `space` is of
+} PliantErrorOfBody;
+
+// Of the force of a tool that touches or holds a body.
+typedef struct PliantErrorOfTool {
+    int32_t tool;
+    double force; // what it exerts on each body, summed as magnitudes [N]
+    double error; // of that, by the discretisation of the bodies in space [N]; -1: unknown
+    double share; // error over force; -1: unknown
+} PliantErrorOfTool;
+
+typedef struct PliantErrors {
+    int64_t step;    // ticks completed
+    double time;     // simulated [s]
+    double received; // on the clock of pliant_now [s]
+    int32_t body_count, tool_count;
+    const PliantErrorOfBody *body; // [body_count] in the order of the scene
+    const PliantErrorOfTool *tool; // [tool_count] those in contact
+} PliantErrors;
+
+// Returns the server's newest errors, or NULL: only scenes with publish.error_hz have them.
+PLIANT_API const PliantErrors *pliant_errors(const PliantClient *client);
+// Waits for the next ones. Returns NULL after `seconds`, or if the connection breaks.
+PLIANT_API const PliantErrors *pliant_wait_errors(PliantClient *client, double seconds);
+
 // --- servers on a network ---
 
 typedef struct PliantServer {
