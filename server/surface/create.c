@@ -11,6 +11,7 @@
 #include "surface/bending.h"
 #include "surface/cavity.h"
 #include "surface/detail/detail.h"
+#include "surface/error.h"
 #include "surface/implicit.h"
 #include "surface/law.h"
 #include "surface/model.h"
@@ -402,6 +403,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
     body->surface.longest_edge = model->basis.longest_edge;
     if (implicit)
         implicit_create(model, options, arena);
+    if (options->body.estimate_error)
+        surface_error_create(model, mesh, &network, options, arena);
     network_destroy(&network);
     winged_destroy(&winged);
     return true;

@@ -38,10 +38,11 @@ typedef struct SurfaceModel {
     int *node;      // [slots] node of a slot; -1 for padding
     int lane_count; // of the tables by chunk and lane: the number of slots, unless there is `lane`
     int *lane;      // [slots] bodies with levels: index in the tables; else NULL: the slot itself
-    struct Detail *detail;     // bodies with levels, else NULL
-    struct Bending *bending;   // of bodies with bending stiffness (bending.h), else NULL
-    struct Cavity *cavity;     // of bodies with a cavity (cavity.h), else NULL
-    struct Implicit *implicit; // of bodies with integrator = "implicit", else NULL
+    struct Detail *detail;      // bodies with levels, else NULL
+    struct Bending *bending;    // of bodies with bending stiffness (bending.h), else NULL
+    struct Cavity *cavity;      // of bodies with a cavity (cavity.h), else NULL
+    struct Implicit *implicit;  // of bodies with integrator = "implicit", else NULL
+    struct SurfaceError *error; // of bodies whose error is asked for (error.h), else NULL
 
     // --- springs; by entry and lane ---
     SpringTable springs;

@@ -3,6 +3,7 @@
 #include "surface/bending.h"
 #include "surface/cavity.h"
 #include "surface/detail/detail.h"
+#include "surface/error.h"
 #include "surface/implicit.h"
 #include "surface/law.h"
 #include "surface/model.h"
@@ -438,8 +439,9 @@ static const char *surface_isa(const void *self)
     .add_load = surface_add_load, .clear_loads = surface_clear_loads,                              \
     .gather_patch = model_gather_patch, .snapshot = surface_snapshot,                              \
     .snapshot_rest = surface_snapshot_rest, .read_state = surface_read_rows,                       \
-    .measure = surface_measure, .set = surface_set, .get = surface_get, .range = surface_range,    \
-    .explain = surface_explain, .isa = surface_isa
+    .measure = surface_measure, .estimate = surface_estimate,                                      \
+    .snapshot_error = surface_snapshot_error, .set = surface_set, .get = surface_get,              \
+    .range = surface_range, .explain = surface_explain, .isa = surface_isa
 
 const BodyOps *surface_ops(const SurfaceOptions *options)
 {
