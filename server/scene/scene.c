@@ -158,7 +158,8 @@ static const Option PUBLISH_OPTIONS[] = {
               "time, and of the force of each tool (`error_t`); 0: never, and nothing is "
               "estimated. It takes up to 4 % of a tick; the motion is bit-identical with and "
               "without it."},
-    {"error_map", OPTION_BOOL, AT(error_map), "", .idle = {&IDLE_PUBLISHES_NO_ERRORS},
+    {"error_map", OPTION_BOOL, AT(error_map), "",
+     .idle = {&IDLE_PUBLISHES_NO_ERRORS, &IDLE_HAS_ONLY_PLANES},
      .feature = {.name = "error of nodes in messages"},
      .about = "Whether it is also published where on each body the error is, for viewers: a byte "
               "for each node (`error_map_t`)."},
