@@ -97,6 +97,22 @@ typedef struct LookFrame {
     int64_t refused; // chunks
 } LookFrame;
 
+// Where the error of one body is (error_map_t).
+typedef struct ErrorMapFrame {
+    // of the message being assembled, or of the last complete one
+    int64_t utime; // of the server [us]
+    int32_t sequence, topology, chunk_count;
+    int node_count;
+    unsigned char *share; // [node_count] around each node, 0 to 255 of the largest
+    int mesh_nodes;       // as in NodesFrame
+    // bookkeeping
+    bool started, whole;
+    FramesParts nodes;
+    size_t held;     // of the budget [bytes]
+    int64_t lost;    // messages given up for a newer one
+    int64_t refused; // chunks
+} ErrorMapFrame;
+
 // The mesh or delta being assembled: rows in the order of their arrival, so that memory follows
 // what has come, not what a message claims. A whole mesh is a change that brings every slot.
 typedef struct MeshChange {
@@ -137,9 +153,11 @@ FramesResult mesh_frame_add(MeshFrame *frame, const void *data, size_t size);
 FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t size);
 FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size);
 FramesResult look_frame_add(LookFrame *frame, const void *data, size_t size);
+FramesResult error_map_frame_add(ErrorMapFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);
 void mesh_frame_destroy(MeshFrame *frame);
 void rest_frame_destroy(RestFrame *frame);
 void look_frame_destroy(LookFrame *frame);
+void error_map_frame_destroy(ErrorMapFrame *frame);
 
 #endif

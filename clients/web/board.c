@@ -14,7 +14,14 @@
 // Binary messages are written in memory order.
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the page expects little-endian numbers");
 
-enum { KIND_MESH = 1, KIND_NODES = 2, KIND_REST = 3, KIND_LOOK = 4, HEADER_WORDS = 6 };
+enum {
+    KIND_MESH = 1,
+    KIND_NODES = 2,
+    KIND_REST = 3,
+    KIND_LOOK = 4,
+    KIND_ERROR_MAP = 5,
+    HEADER_WORDS = 6
+};
 
 static Parcel *make(bool text, size_t size)
 {
@@ -107,6 +114,16 @@ Parcel *parcel_look(int body, const LookFrame *look)
     return parcel;
 }
 
+Parcel *parcel_error_map(int body, const ErrorMapFrame *map)
+{
+    const size_t n = (size_t)map->node_count;
+    Parcel *parcel = make(false, 4 * HEADER_WORDS + n);
+    unsigned char *at = parcel->data;
+    put_header(&at, KIND_ERROR_MAP, body, map->topology, map->node_count, 0, 0);
+    put(&at, map->share, n, 1);
+    return parcel;
+}
+
 Parcel *parcel_hold(Parcel *parcel)
 {
     if (parcel)
@@ -151,6 +168,7 @@ static void empty_bodies(Board *board)
         empty_slot(&board->body[i].mesh);
         empty_slot(&board->body[i].rest);
         empty_slot(&board->body[i].nodes);
+        empty_slot(&board->body[i].error_map);
     }
 }
 
@@ -159,6 +177,7 @@ void board_destroy(Board *board)
     empty_slot(&board->scene);
     empty_slot(&board->status);
     empty_slot(&board->ledger);
+    empty_slot(&board->errors);
     empty_slot(&board->link);
     empty_slot(&board->workbench);
     empty_slot(&board->recording);
@@ -192,6 +211,7 @@ void board_clear(Board *board)
     pthread_mutex_lock(&board->lock);
     empty_bodies(board);
     empty_slot(&board->ledger);
+    empty_slot(&board->errors);
     empty_slot(&board->recording);
     empty_slot(&board->playback);
     memset(board->contact, 0, sizeof board->contact);
@@ -212,6 +232,11 @@ void board_set_status(Board *board, Parcel *status)
 void board_set_ledger(Board *board, Parcel *ledger)
 {
     set_slot(board, &board->ledger, ledger);
+}
+
+void board_set_errors(Board *board, Parcel *errors)
+{
+    set_slot(board, &board->errors, errors);
 }
 
 void board_set_link(Board *board, Parcel *link)
@@ -244,6 +269,11 @@ void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *
 void board_set_look(Board *board, int body, Parcel *look)
 {
     set_slot(board, &board->body[body].look, look);
+}
+
+void board_set_error_map(Board *board, int body, Parcel *map)
+{
+    set_slot(board, &board->body[body].error_map, map);
 }
 
 // Wakes no thread: contacts and poses come up to a thousand times per second, and the threads of
@@ -436,6 +466,7 @@ static void take(Board *board, BoardPage *page, Round *round)
     take_slot(&board->link, seen, round);
     take_slot(&board->status, seen, round);
     take_slot(&board->ledger, seen, round);
+    take_slot(&board->errors, seen, round);
     take_slot(&board->workbench, seen, round);
     take_slot(&board->recording, seen, round);
     take_slot(&board->playback, seen, round);
@@ -445,6 +476,7 @@ static void take(Board *board, BoardPage *page, Round *round)
         take_slot(&board->body[i].mesh, seen, round);
         take_slot(&board->body[i].rest, seen, round);
         take_slot(&board->body[i].nodes, seen, round);
+        take_slot(&board->body[i].error_map, seen, round);
     }
     // what waits for this page alone,
     for (; page->waiting > 0; page->waiting--) {

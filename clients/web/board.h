@@ -31,6 +31,7 @@ Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall);
 Parcel *parcel_nodes(int body, const NodesFrame *nodes);
 Parcel *parcel_rest(int body, const RestFrame *rest);
 Parcel *parcel_look(int body, const LookFrame *look);
+Parcel *parcel_error_map(int body, const ErrorMapFrame *map);
 
 Parcel *parcel_hold(Parcel *parcel); // may be NULL; returns it
 void parcel_drop(Parcel *parcel);    // may be NULL
@@ -48,7 +49,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 7 + 4 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 8 + 5 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -58,7 +59,7 @@ typedef struct BoardSlot {
 } BoardSlot;
 
 typedef struct BoardBody {
-    BoardSlot look, mesh, rest, nodes; // the nodes are those of the mesh
+    BoardSlot look, mesh, rest, nodes, error_map; // the nodes are those of the mesh
 } BoardBody;
 
 typedef struct BoardContact {
@@ -88,7 +89,7 @@ typedef struct Board {
     pthread_mutex_t lock;
     pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
-    BoardSlot scene, status, ledger, link, workbench;
+    BoardSlot scene, status, ledger, errors, link, workbench;
     BoardSlot recording, playback; // of pliant-play: what does not change, and where it is now
     BoardBody body[BOARD_BODIES];
     BoardContact contact[BOARD_TOOLS];
@@ -121,6 +122,7 @@ void board_clear(Board *board);
 void board_set_scene(Board *board, Parcel *scene);
 void board_set_status(Board *board, Parcel *status);
 void board_set_ledger(Board *board, Parcel *ledger); // NULL: unchanged
+void board_set_errors(Board *board, Parcel *errors);
 void board_set_link(Board *board, Parcel *link);
 void board_set_workbench(Board *board, Parcel *workbench);
 // NULL: unchanged.
@@ -129,6 +131,7 @@ void board_set_playback(Board *board, Parcel *recording, Parcel *playback);
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
 // Colours of a body, whatever its mesh is now.
 void board_set_look(Board *board, int body, Parcel *look);
+void board_set_error_map(Board *board, int body, Parcel *map);
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 // To every page, or to the page of that sender (returns false if there is none).

@@ -29,6 +29,7 @@ static void forget_body(Bodies *bodies)
         nodes_frame_destroy(&bodies->body[i].nodes);
         rest_frame_destroy(&bodies->body[i].rest);
         look_frame_destroy(&bodies->body[i].look);
+        error_map_frame_destroy(&bodies->body[i].error_map);
     }
     bodies->count = 0;
     bodies->open = false;
@@ -202,6 +203,22 @@ void bodies_take_look(Bodies *bodies, const char *name, const void *data, size_t
         return;
     body->new_look = true;
     show_look(bodies, body);
+}
+
+// The page knows which mesh it is of; the next one comes soon.
+void bodies_take_error_map(Bodies *bodies, const char *name, const void *data, size_t size)
+{
+    Body *body = find(bodies, name);
+    if (!body)
+        return;
+    body->error_map.mesh_nodes = body->mesh.most_nodes;
+    if (error_map_frame_add(&body->error_map, data, size) != FRAMES_WHOLE || !bodies->open)
+        return;
+    const int index = (int)(body - bodies->body);
+    Parcel *parcel = unless_shown(&bodies->board->body[index].error_map,
+                                  parcel_error_map(index, &body->error_map));
+    if (parcel)
+        board_set_error_map(bodies->board, index, parcel);
 }
 
 void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size)
@@ -387,6 +404,21 @@ static void on_ledger(const lcm_recv_buf_t *buffer, const char *channel, void *u
     pliant_ledger_t_decode_cleanup(&ledger);
 }
 
+static void on_errors(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    (void)channel;
+    Feed *feed = user;
+    pliant_error_t error;
+    if (!wire_check(&WIRE_ERROR, buffer->data, buffer->data_size) ||
+        pliant_error_t_decode(buffer->data, 0, (int)buffer->data_size, &error) < 0) {
+        feed->wrong_types++;
+        return;
+    }
+    if (feed->known)
+        board_set_errors(feed->board, text_errors(&error));
+    pliant_error_t_decode_cleanup(&error);
+}
+
 static void on_playback(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     (void)channel;
@@ -471,6 +503,13 @@ static void on_look(const lcm_recv_buf_t *buffer, const char *channel, void *use
                      buffer->data_size);
 }
 
+static void on_error_map(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_error_map(&feed->bodies, body_of(feed, "ERROR_MAP", channel), buffer->data,
+                          buffer->data_size);
+}
+
 static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Feed *feed = user;
@@ -496,6 +535,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
               client_subscribe(client, "LEDGER", NULL, 16, on_ledger, feed) &&
+              client_subscribe(client, "ERROR", NULL, 16, on_errors, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
               client_subscribe(client, "PLAYBACK", NULL, 16, on_playback, feed) &&
               session_open(&requests->session, client, NULL) && subscribe_poses(feed) &&
@@ -505,6 +545,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
               client_subscribe(client, "POINTS", ".+", 4096, on_nodes, feed) &&
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
               client_subscribe(client, "LOOK", ".+", 4096, on_look, feed) &&
+              client_subscribe(client, "ERROR_MAP", ".+", 4096, on_error_map, feed) &&
               client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);

@@ -347,6 +347,44 @@ Parcel *text_ledger(const pliant_ledger_t *ledger)
     return finish(object);
 }
 
+static json_t *error_body(const pliant_error_body_t *body)
+{
+    json_t *object = json_object();
+    put(object, "name", string(body->name));
+    put(object, "space", json_real(body->space));
+    put(object, "steps", json_real(body->steps));
+    put(object, "total", json_real(body->total));
+    put(object, "relative", json_real(body->relative));
+    put(object, "age", json_integer(body->age));
+    return object;
+}
+
+static json_t *error_tool(const pliant_error_tool_t *tool)
+{
+    json_t *object = json_object();
+    put(object, "tool", json_integer(tool->tool));
+    put(object, "force", json_real(tool->force));
+    put(object, "error", json_real(tool->error));
+    put(object, "share", json_real(tool->share));
+    return object;
+}
+
+// "error" says why a page's message was refused.
+Parcel *text_errors(const pliant_error_t *error)
+{
+    json_t *object = message("errors");
+    json_t *bodies = json_array(), *tools = json_array();
+    put(object, "step", json_integer(error->step));
+    put(object, "time", json_real(error->time));
+    for (int k = 0; k < error->num_bodies; k++)
+        json_array_append_new(bodies, error_body(&error->body[k]));
+    for (int k = 0; k < error->num_tools; k++)
+        json_array_append_new(tools, error_tool(&error->tool[k]));
+    put(object, "body", bodies);
+    put(object, "tool", tools);
+    return finish(object);
+}
+
 Parcel *text_contacts(const pliant_contact_t *contact, int count)
 {
     json_t *object = message("contact"), *tools = json_array();

@@ -9,6 +9,7 @@
 
 #include "pliant_contact_t.h"
 #include "pliant_event_t.h"
+#include "pliant_error_t.h"
 #include "pliant_ledger_t.h"
 #include "pliant_playback_t.h"
 #include "pliant_reply_t.h"
@@ -61,6 +62,7 @@ Parcel *text_hello(const HelloText *hello);
 Parcel *text_scene(const pliant_status_t *status, const char *describe);
 Parcel *text_link(bool daemon, double age_s);
 Parcel *text_ledger(const pliant_ledger_t *ledger);
+Parcel *text_errors(const pliant_error_t *error);
 Parcel *text_status(const pliant_status_t *status);
 Parcel *text_contacts(const pliant_contact_t *contact, int count);
 // `ours`: the poses of that sender.

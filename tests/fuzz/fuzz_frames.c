@@ -20,16 +20,18 @@ typedef struct Receiver {
     MeshFrame mesh;
     RestFrame rest;
     LookFrame look;
+    ErrorMapFrame error_map;
     PliantClient kit; // without connection
     View view;
     FILE *out; // nowhere
 } Receiver;
 
-enum { MESSAGE_MOST = 4096, KINDS = 12 };
+enum { MESSAGE_MOST = 4096, KINDS = 14 };
 
 static const WireType *const TYPES[KINDS] = {
-    &WIRE_NODES, &WIRE_MESH,      &WIRE_MESH_DELTA, &WIRE_CONTACT, &WIRE_STATUS, &WIRE_EVENT,
-    &WIRE_REPLY, &WIRE_TOOL_POSE, &WIRE_COMMAND,    &WIRE_REST,    &WIRE_POINTS, &WIRE_LOOK};
+    &WIRE_NODES,  &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT,  &WIRE_STATUS,
+    &WIRE_EVENT,  &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND,  &WIRE_REST,
+    &WIRE_POINTS, &WIRE_LOOK,  &WIRE_ERROR,      &WIRE_ERROR_MAP};
 
 static void check_nodes(const NodesFrame *frame)
 {
@@ -104,6 +106,15 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         MUST(right || result == FRAMES_REFUSED);
         MUST(!receiver->look.whole || receiver->look.varies == (receiver->look.outside != NULL));
         break;
+    case 12:
+        kit_take_errors(&receiver->kit, data, size);
+        MUST(!right || pliant_errors(&receiver->kit) != NULL);
+        break;
+    case 13:
+        result = error_map_frame_add(&receiver->error_map, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        MUST(!receiver->error_map.whole || receiver->error_map.share != NULL);
+        break;
     default:
         break;
     }
@@ -149,6 +160,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     mesh_frame_destroy(&receiver->mesh);
     rest_frame_destroy(&receiver->rest);
     look_frame_destroy(&receiver->look);
+    error_map_frame_destroy(&receiver->error_map);
     kit_forget(&receiver->kit);
     free(receiver);
     return 0;

@@ -367,9 +367,10 @@ def messages(pliant):
 
     def frame(*parts):
         out = b""
+        # From 64 on: with the right fingerprint. 70 is a multiple of KINDS in fuzz_frames.c.
         for kind, message in parts:
             data = message.encode()[8:]
-            out += bytes([66 + kind]) + struct.pack(">H", len(data)) + data
+            out += bytes([70 + kind]) + struct.pack(">H", len(data)) + data
         return out
 
     def mesh(first, count, chunk, chunks, topology=1, sequence=1):
@@ -410,6 +411,13 @@ def messages(pliant):
     happened = (5, fill(pliant.event_t(), sequence=1, step=5, body="ball", kind="cut", text="a\nb"))
     reply = (6, fill(pliant.reply_t(), sender=1, id=1, ok=True, channel="PLIANT_CUT", text="done\n\x01"))
     put("frames", "told", frame(contact, status, happened, reply))
+    error = (12, fill(pliant.error_t(), sequence=1, step=5, time=0.01, num_bodies=1, num_tools=1,
+                      body=[fill(pliant.error_body_t(), name="ball", space=1e-4, steps=-1.0, age=3)],
+                      tool=[fill(pliant.error_tool_t(), tool=1, force=0.5, error=0.1, share=0.2)]))
+    maps = [(13, fill(pliant.error_map_t(), sequence=1, step=5, topology=1, node_count=4, chunk=chunk,
+                      chunk_count=2, first=2 * chunk, num_values=2, share=bytes([0, 255])))
+            for chunk in range(2)]
+    put("frames", "errors", frame(error, *maps))
     put("frames", "whole", b"".join(bytes([kind]) + struct.pack(">H", len(m.encode())) + m.encode()
                                     for kind, m in (nodes(0, 4, 0, 1), contact, happened)))
     return sent
