@@ -11,9 +11,11 @@ enum { ERROR_TOOLS = 32 };
 // What is asked for.
 typedef struct ErrorQuestion {
     int tool_count;
-    const Vec3 *tool;   // [tool_count] where tools touch the body [m]
-    const double *size; // [tool_count] their radius [m]
-    const Vec3 *force;  // [tool_count] on them, in the world [N]
+    const Vec3 *tool;    // [tool_count] where tools touch the body [m]
+    const double *size;  // [tool_count] their radius [m]
+    const Vec3 *force;   // [tool_count] on them, in the world [N]
+    const double *depth; // [tool_count] how far each is in the faces (ToolWrench.depth) [m], or
+                         // NULL: unknown
 } ErrorQuestion;
 
 // The answer.
