@@ -262,7 +262,7 @@ static void fit_merged(CutMasses *masses, int element)
     *fit = (AffineFit){.element = element};
     memcpy(fit->origin, block->cell, sizeof fit->origin);
     for (int n = 0; n < NODE_COUNT; n++) {
-        if (node[n] < 0 || cut_lattice_is_in_void(lattice, node[n]))
+        if (node[n] < 0 || masses->vertices->mass[node[n]] == 0.0) // it is new
             continue;
         cut_lattice_point(lattice, node[n], point);
         add_to_fit(masses, fit, node[n], point);

@@ -68,3 +68,222 @@ TEST(an_untouched_body_shows_the_points_of_one_that_does_not_adapt)
         assert_true(2 * world.body->element_count < fine.body->element_count);
     }
 }
+
+// --- changes ---
+
+static bool divide(Sim *sim, int body, void *context, TopologyChange *change)
+{
+    (void)context;
+    const bool changed = sim->body[body].ops->reconstruct(&sim->body[body], change);
+    change->again = false;
+    return changed;
+}
+
+// Divides some leaves, and what must be before them.
+static void divide_some(CutWorld *world, uint64_t *seed, int count)
+{
+    CutLattice *lattice = &world->cuts->lattice;
+    const int first = lattice->level_first[1], larger = lattice->element_count - first;
+    for (int k = 0; k < count; k++) {
+        const int element = first + random_below(seed, larger);
+        if (cut_lattice_is_leaf(lattice, element))
+            cut_lattice_want(lattice, element);
+    }
+    change_body(world->sim, 0, divide, NULL);
+}
+
+typedef struct Merging {
+    VoxelCuts *cuts;
+    uint64_t *seed;
+    int odds; // one of so many that can is merged
+    double limit, largest;
+    int count;
+} Merging;
+
+static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
+{
+    Merging *merging = context;
+    CutLattice *lattice = &merging->cuts->lattice;
+    merging->count = 0;
+    merging->largest = 0.0;
+    // Residuals of the state before any of them.
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++) {
+        if (!cut_lattice_can_merge(lattice, e) || random_below(merging->seed, merging->odds) > 0)
+            continue;
+        const double residual = cut_masses_residual(&merging->cuts->masses, e);
+        if (residual > merging->limit)
+            continue;
+        merging->largest = fmax(merging->largest, residual);
+        cut_lattice_merge(lattice, e);
+        merging->count++;
+    }
+    *change = (TopologyChange){0};
+    return merging->count > 0 &&
+           cut_body_follow(merging->cuts, &sim->body[body], true, false, change);
+}
+
+// Merges some of what can where nothing would move farther than `limit` [cells]. Returns how many.
+static int merge_some(CutWorld *world, uint64_t *seed, int odds, double limit, double *largest)
+{
+    Merging merging = {.cuts = world->cuts, .seed = seed, .odds = odds, .limit = limit};
+    change_body(world->sim, 0, merge, &merging);
+    if (largest != NULL)
+        *largest = merging.largest;
+    return merging.count;
+}
+
+// --- what is shown ---
+
+// Reads the places of all kept vertices.
+static void read_kept(const CutWorld *world, Vec3 *x)
+{
+    const Vertices *vertices = &world->model->vertices;
+    for (int v = 0; v < world->cuts->lattice.kept_end; v++)
+        rows_read(&vertices->rows, vertices_row(vertices), v, &x[v], NULL);
+}
+
+static double largest_move(const CutWorld *world, const Vec3 *from, const Vec3 *to)
+{
+    double most = 0.0;
+    for (int v = 0; v < world->cuts->lattice.kept_end; v++)
+        if (cut_lattice_is_kept(&world->cuts->lattice, v))
+            most = fmax(most, vec3_length(vec3_sub(to[v], from[v])));
+    return most / world->lattice.size;
+}
+
+static Vec3 affine(Vec3 x)
+{
+    return vec3(0.01 + 1.02 * x.x - 0.3 * x.y + 0.1 * x.z, 0.3 * x.x + 0.9 * x.y - 0.02,
+                0.05 * x.x + 1.1 * x.z);
+}
+
+// A turn, a stretch and a shear at once: exact but for rounding, whatever the elements.
+TEST(shown_points_follow_uniform_strains)
+{
+    uint64_t seed = 51;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        cut_world_create(&world, &options);
+        Vertices *vertices = &world.model->vertices;
+        const CutLattice *lattice = &world.cuts->lattice;
+        Vec3 *before = calloc((size_t)lattice->kept_end, sizeof *before);
+        Vec3 *after = calloc((size_t)lattice->kept_end, sizeof *after);
+        for (int round = 0; round < 12; round++) {
+            for (int v = 0; v < vertices->count; v++)
+                if (lattice->vertex_id[v] >= 0 && !cut_lattice_is_carried(lattice, v))
+                    rows_write(&vertices->rows, vertices->row[vertices->current], v,
+                               affine(rows_rest(&vertices->rows, v)), vec3(0.0, 0.0, 0.0));
+            cut_carry_update(world.cuts->carry, vertices->row[vertices->current]);
+            read_kept(&world, before);
+            for (int v = 0; v < lattice->kept_end; v++)
+                if (cut_lattice_is_kept(lattice, v))
+                    expect_near(vec3_length(vec3_sub(before[v],
+                                                     affine(rows_rest(&vertices->rows, v)))),
+                                0.0, 1e-13);
+            // Nor does a change move them.
+            if (round % 3 == 2)
+                merge_some(&world, &seed, 2, 1e-9, NULL);
+            else
+                divide_some(&world, &seed, 6);
+            read_kept(&world, after);
+            expect_near(largest_move(&world, before, after), 0.0, 1e-11);
+            cut_world_check_masses(&world);
+        }
+        free(before);
+        free(after);
+    }
+}
+
+// --- what a change keeps ---
+
+static void expect_same_momentum(const WorldMomentum *before, const WorldMomentum *after)
+{
+    expect_near(vec3_length(vec3_sub(after->linear, before->linear)), 0.0,
+                1e-12 * before->linear_sum);
+    expect_near(vec3_length(vec3_sub(after->angular, before->angular)), 0.0,
+                1e-12 * before->angular_sum);
+}
+
+static double world_energy(const CutWorld *world)
+{
+    const BodyMeasure measure = measure_of(world->body);
+    return measure.elastic + measure.kinetic;
+}
+
+// Of bodies that move and are bent, whatever merges: a merge may throw away motion that the larger
+// element cannot follow, never momentum.
+TEST(merges_and_divisions_keep_momentum_and_mass)
+{
+    uint64_t seed = 52;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        cut_world_create(&world, &options);
+        int merged = 0, divided = 0;
+        for (int round = 0; round < EFFORT(40); round++) {
+            const int leaves = world.cuts->lattice.leaf_count;
+            if (round % 10 == 0)
+                cut_world_shake(&world, 0.2, &seed);
+            cut_carry_update(world.cuts->carry,
+                             world.model->vertices.row[world.model->vertices.current]);
+            WorldMomentum before = cut_world_momentum(&world), after;
+            divide_some(&world, &seed, 4);
+            after = cut_world_momentum(&world);
+            expect_same_momentum(&before, &after);
+            cut_world_check_masses(&world);
+            divided += world.cuts->lattice.leaf_count > leaves;
+            before = after;
+            merged += merge_some(&world, &seed, 4, 1e9, NULL);
+            after = cut_world_momentum(&world);
+            expect_same_momentum(&before, &after);
+            cut_world_check_masses(&world);
+            sim_step(world.sim);
+            assert_int_equal(sim_resets(world.sim), 0);
+        }
+        print_message("%d merged, %d times divided\n", merged, divided);
+        assert_true(merged > 20 && divided > 10);
+        assert_true(world.body->ops->check(world.model));
+    }
+}
+
+// The residual is the bound of what a merge moves, shown points included; a division moves none.
+TEST(no_shown_point_moves_farther_than_the_residual)
+{
+    uint64_t seed = 53;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        cut_world_create(&world, &options);
+        const int kept = world.cuts->lattice.kept_end;
+        Vec3 *before = calloc((size_t)kept, sizeof *before);
+        Vec3 *after = calloc((size_t)kept, sizeof *after);
+        double farthest = 0.0, gained = 0.0, lost = 0.0, most = 0.0;
+        int merged = 0;
+        for (int tick = 0; tick < EFFORT(200); tick++) {
+            if (tick % 50 == 0)
+                cut_world_shake(&world, 0.05, &seed);
+            sim_step(world.sim);
+            read_kept(&world, before);
+            divide_some(&world, &seed, 2);
+            read_kept(&world, after);
+            // By the same sums in another order.
+            expect_near(largest_move(&world, before, after), 0.0, 1e-12);
+            double residual;
+            const double energy = world_energy(&world);
+            const int count = merge_some(&world, &seed, 3, 0.05, &residual);
+            const double more = world_energy(&world) - energy;
+            gained += fmax(more, 0.0), lost += fmin(more, 0.0);
+            most = fmax(most, fabs(more) / energy);
+            read_kept(&world, before);
+            merged += count;
+            farthest = fmax(farthest, largest_move(&world, before, after));
+            expect_near(largest_move(&world, before, after), 0.0, 2.0 * residual + 1e-12);
+        }
+        print_message("%d merged: by %.3g cells at most; energy %.3g J, +%.3g -%.3g J, %.3g at once\n",
+                      merged, farthest, world_energy(&world), gained, lost, most);
+        assert_true(merged > 20);
+        free(before);
+        free(after);
+    }
+}
