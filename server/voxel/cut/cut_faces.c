@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "voxel/cut/cut_carry.h"
+#include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
 #include <math.h>
@@ -265,20 +266,35 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
     change->born = faces->born;
 }
 
-// Forgets freed vertices. They were inside, and had no faces.
-static void follow_ends(CutFaces *faces)
+// Forgets freed vertices. They were inside, and had no faces. True if what is published changed.
+static bool follow_ends(CutFaces *faces)
 {
     const CutLattice *lattice = faces->lattice;
     const CutChanges *changes = &lattice->changes;
+    bool changed = false;
     for (int i = 0; i < changes->ended_count; i++) {
         const int vertex = changes->ended[i].vertex;
         if (cut_lattice_is_kept(lattice, vertex))
             continue;
         ASSERT(faces->start[vertex] == faces->end[vertex]);
+        // Its copies have its original.
+        const CutScratch *scratch = lattice->scratch;
+        int point[3];
+        cut_lattice_point(lattice, vertex, point);
+        for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v]) {
+            if (faces->copied_from[v] != vertex)
+                continue;
+            faces->copied_from[v] = faces->copied_from[vertex];
+            changed |= faces->slot_of[v] >= 0;
+            if (faces->slot_of[v] >= 0)
+                cut_faces_describe_slot(faces, faces->slot_of[v]);
+        }
         faces->copied_from[vertex] = faces->cell_of[vertex] = -1;
+        changed |= faces->slot_of[vertex] >= 0;
         if (faces->slot_of[vertex] >= 0)
             cut_faces_describe_slot(faces, faces->slot_of[vertex]);
     }
+    return changed;
 }
 
 // Returns the lowest free square, else the next.
@@ -363,6 +379,25 @@ static void follow_removal(CutFaces *faces, TopologyChange *change)
     change->gone_parent = (const int(*)[2])faces->none;
 }
 
+// Updates the squares of cells in larger leaves around a point at which a vertex was copied.
+static bool follow_copy(CutFaces *faces, int vertex)
+{
+    const CutLattice *lattice = faces->lattice;
+    bool changed = false;
+    int point[3];
+    cut_lattice_point(lattice, vertex, point);
+    for (int s = 0; s < 8; s++) {
+        const int cell = cut_lattice_cell(lattice, point[0] - 1 + (s & 1),
+                                          point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
+        if (cell < 0 || cut_lattice_is_leaf(lattice, cell))
+            continue;
+        for (int d = 0; d < SQUARE_DIRECTIONS; d++)
+            if (faces->square_of[cell][d] >= 0)
+                changed |= follow_corners(faces, faces->square_of[cell][d]);
+    }
+    return changed;
+}
+
 // Adds new squares in the order in which their faces opened; then updates existing ones whose
 // corners were duplicated.
 static bool follow_squares(CutFaces *faces)
@@ -385,6 +420,9 @@ static bool follow_squares(CutFaces *faces)
             if (faces->square_of[element][d] >= 0)
                 changed |= follow_corners(faces, faces->square_of[element][d]);
     }
+    for (int b = 0; b < changes->birth_count && lattice->adapts; b++)
+        if (changes->birth[b].origin >= 0)
+            changed |= follow_copy(faces, changes->birth[b].vertex);
     // Neighbours last: all squares exist now.
     for (int f = 0; f < changes->face_count; f++)
         for (int side = 0; side < 2; side++) {
@@ -428,7 +466,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     const CutChanges *changes = &faces->lattice->changes;
     *change = (TopologyChange){.again = false};
     follow_births(faces, change);
-    follow_ends(faces);
+    const bool renamed = follow_ends(faces);
     for (int f = 0; f < changes->face_count; f++) // the bit of faces listed again is not new
         faces->wall_count += faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 2;
     for (int f = 0; f < changes->face_count; f++)
@@ -436,7 +474,7 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
     const bool ended = changes->lost_count > 0;
     if (ended)
         follow_removal(faces, change);
-    bool changed = follow_squares(faces) || ended || change->born_count > 0;
+    bool changed = follow_squares(faces) || ended || renamed || change->born_count > 0;
     touch_masses(faces);
     cut_faces_settle_touched(faces);
     for (int slot = 0; slot < *faces->slot_count && pieces_came; slot++)

@@ -378,6 +378,7 @@ static void touch_ended(CutMasses *masses, const CutEnd *end)
 // A free row is at rest, at no place.
 static void clear_row(CutMasses *masses, int vertex)
 {
+    masses->node_mass[vertex] = 0.0;
     Vertices *vertices = masses->vertices;
     for (int c = 0; c < ROW; c++)
         rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);

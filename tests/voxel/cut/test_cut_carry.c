@@ -42,7 +42,8 @@ TEST(an_untouched_body_shows_the_points_of_one_that_does_not_adapt)
         const BodyMesh *a = &world.body->mesh, *b = &fine.body->mesh;
         assert_int_equal(a->node_count, b->node_count);
         assert_int_equal(a->triangle_count, b->triangle_count);
-        assert_memory_equal(a->triangle, b->triangle, (size_t)a->triangle_count * sizeof *a->triangle);
+        assert_memory_equal(a->triangle, b->triangle,
+                            (size_t)a->triangle_count * sizeof *a->triangle);
         assert_memory_equal(a->id, b->id, (size_t)a->node_count * sizeof *a->id);
         assert_memory_equal(a->piece, b->piece, (size_t)a->node_count * sizeof *a->piece);
         float(*x)[3] = calloc((size_t)a->node_count, sizeof *x);
@@ -178,9 +179,9 @@ TEST(shown_points_follow_uniform_strains)
             read_kept(&world, before);
             for (int v = 0; v < lattice->kept_end; v++)
                 if (cut_lattice_is_kept(lattice, v))
-                    expect_near(vec3_length(vec3_sub(before[v],
-                                                     affine(rows_rest(&vertices->rows, v)))),
-                                0.0, 1e-13);
+                    expect_near(
+                        vec3_length(vec3_sub(before[v], affine(rows_rest(&vertices->rows, v)))),
+                        0.0, 1e-13);
             // Nor does a change move them.
             if (round % 3 == 2)
                 merge_some(&world, &seed, 2, 1e-9, NULL);
@@ -280,10 +281,89 @@ TEST(no_shown_point_moves_farther_than_the_residual)
             farthest = fmax(farthest, largest_move(&world, before, after));
             expect_near(largest_move(&world, before, after), 0.0, 2.0 * residual + 1e-12);
         }
-        print_message("%d merged: by %.3g cells at most; energy %.3g J, +%.3g -%.3g J, %.3g at once\n",
-                      merged, farthest, world_energy(&world), gained, lost, most);
+        print_message(
+            "%d merged: by %.3g cells at most; energy %.3g J, +%.3g -%.3g J, %.3g at once\n",
+            merged, farthest, world_energy(&world), gained, lost, most);
         assert_true(merged > 20);
         free(before);
         free(after);
+    }
+}
+
+// --- states ---
+
+// One tick of a body that is thrown about: merges and divisions, and now and then a cut.
+static void live_on(CutWorld *world, int tick, uint64_t *seed)
+{
+    if (tick % 40 == 20) {
+        CutOutcome outcome;
+        const CutOptions cut = cut_world_random(world, seed);
+        cut_world_cut(world, &cut, &outcome);
+    }
+    if (tick % 3 == 0)
+        divide_some(world, seed, 2);
+    else
+        merge_some(world, seed, 3, 0.1, NULL);
+    sim_step(world->sim);
+    assert_int_equal(sim_resets(world->sim), 0);
+}
+
+// What follows from the state: the same, however it came about.
+static void expect_derived(CutWorld *world)
+{
+    const VoxelCuts *cuts = world->cuts;
+    const CutLattice *lattice = &cuts->lattice;
+    const Vertices *vertices = &world->model->vertices;
+    const size_t rows = (size_t)vertices->count, faces = 2 * (size_t)*cuts->faces.shown;
+    const size_t kept = (size_t)lattice->kept_end, elements = (size_t)lattice->element_count;
+    FREED double *mass = malloc(rows * sizeof *mass), *node = malloc(rows * sizeof *node);
+    FREED int *lane = malloc(elements * sizeof *lane), *leaf = malloc(kept * sizeof *leaf);
+    FREED int(*face)[3] = malloc(faces * sizeof *face);
+    memcpy(mass, vertices->mass, rows * sizeof *mass);
+    memcpy(node, cuts->masses.node_mass, rows * sizeof *node);
+    memcpy(lane, cuts->windows.lane, elements * sizeof *lane);
+    memcpy(leaf, cuts->carry->leaf_of, kept * sizeof *leaf);
+    memcpy(face, cuts->faces.face, faces * sizeof *face);
+    const int carried = cuts->carry->count;
+    world->body->ops->restored(world->body);
+    assert_true(cuts->sound);
+    assert_memory_equal(mass, vertices->mass, rows * sizeof *mass);
+    assert_memory_equal(node, cuts->masses.node_mass, rows * sizeof *node);
+    assert_memory_equal(lane, cuts->windows.lane, elements * sizeof *lane);
+    assert_memory_equal(leaf, cuts->carry->leaf_of, kept * sizeof *leaf);
+    assert_memory_equal(face, cuts->faces.face, faces * sizeof *face);
+    assert_int_equal(carried, cuts->carry->count);
+}
+
+TEST(a_state_of_a_body_that_adapts_goes_on_in_the_same_bits)
+{
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        options.body.body.precision = k == 1 ? PRECISION_SINGLE : PRECISION_DOUBLE;
+        options.body.branch_count = 1;
+        options.body.branch[0] = (MaxwellBranch){.share = 0.5, .time = 0.05, .volumetric = true};
+        SCOPED(cut_world_destroy) CutWorld world;
+        cut_world_create(&world, &options);
+        uint64_t seed = 54;
+        cut_world_shake(&world, 0.1, &seed);
+        int tick = 0;
+        for (; tick < EFFORT(60); tick++) {
+            live_on(&world, tick, &seed);
+            if (tick % 6 == 0) {
+                cut_world_check_masses(&world);
+                expect_derived(&world);
+            }
+        }
+        FREED void *middle = copy_state(&world.state);
+        uint64_t hash = 0;
+        for (int run = 0; run < 2; run++) {
+            uint64_t again = seed;
+            if (run > 0)
+                resume(&world.state, world.sim, middle);
+            for (int t = 0; t < 60; t++)
+                live_on(&world, tick + t, &again);
+            assert_true(run == 0 || state_hash(&world.state) == hash);
+            hash = state_hash(&world.state);
+        }
     }
 }
