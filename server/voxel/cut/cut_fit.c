@@ -115,6 +115,23 @@ static void find_offset(CutFit *fit, CutMoved *at)
 // ---------------------------------------------------------------------------------------------
 // Rows, cells and nodes
 
+void cut_fit_around(const CutFit *fit, CutMoved *at)
+{
+    const CutLattice *lattice = fit->lattice;
+    cut_lattice_around(lattice, at->point, at->leaf);
+    for (int s = 0; s < 8 && lattice->adapts; s++) {
+        if (at->leaf[s] < fit->faces->cell_count) // void, or a finest one
+            continue;
+        const int cell =
+            cut_lattice_cell(lattice, at->point[0] - 1 + (s & 1), at->point[1] - 1 + (s >> 1 & 1),
+                             at->point[2] - 1 + (s >> 2));
+        bool all = cell >= 0;
+        for (int k = 0; k < NODE_CORNERS && all; k++)
+            all = cut_carry_corner(lattice, cell, k) >= 0;
+        at->leaf[s] = cell < 0 ? -1 : all ? cell : at->leaf[s];
+    }
+}
+
 static int row_for(CutFit *fit, int vertex)
 {
     int *row = &fit->row_of[vertex];
@@ -139,7 +156,7 @@ static void enter_cell(CutFit *fit, int cell)
             fit->of_cell[*at] = cell;
     }
     for (int k = 0; k < FIT_CORNERS; k++)
-        fit->cell[*at][k] = row_for(fit, fit->lattice->corner[cell][k]);
+        fit->cell[*at][k] = row_for(fit, cut_fit_corner(fit, cell, k));
 }
 
 // Takes out a cell that went: the last takes its place.
@@ -185,7 +202,7 @@ static void choose_diagonal(CutFit *fit, int square)
         const int corner = SQUARE_CORNER[code % 6][k];
         const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
         const float *offset = fit->point_offset[first + (z * n[1] + y) * n[0] + x];
-        slot[k] = faces->slot_of[fit->lattice->corner[code / 6][corner]];
+        slot[k] = faces->slot_of[cut_fit_corner(fit, code / 6, corner)];
         at[k][0] = x + (double)offset[0];
         at[k][1] = y + (double)offset[1];
         at[k][2] = z + (double)offset[2];
@@ -237,7 +254,7 @@ static void list_point(CutFit *fit, const int point[3])
     CutMoved *at = &fit->moved[fit->moved_count++];
     at->index = index;
     memcpy(at->point, point, sizeof at->point);
-    cut_lattice_around(fit->lattice, point, at->leaf);
+    cut_fit_around(fit, at);
 }
 
 // Lists the corners of cells that went, and those of broken faces; after divisions also those of

@@ -23,7 +23,7 @@ typedef struct CutFade {
 // A lattice point around which something changed.
 typedef struct CutMoved {
     int index, point[3];
-    int leaf[8];     // around it, by slot
+    int leaf[8];     // around it, by slot: cut_fit_around
     bool moved;      // its offset is not that of before:
     float before[3]; // [cells]
 } CutMoved;

@@ -18,7 +18,7 @@ static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
     memset(gradient, 0, sizeof *fit->gradient);
     const double quarter = 0.25 / fit->fitted.size;
     for (int k = 0; k < FIT_CORNERS; k++) {
-        const Vec3 u = rows_vector(&fit->vertices->rows, row, fit->lattice->corner[cell][k], 0);
+        const Vec3 u = rows_vector(&fit->vertices->rows, row, cut_fit_corner(fit, cell, k), 0);
         for (int axis = 0; axis < 3; axis++) {
             const double sign = k >> axis & 1 ? quarter : -quarter;
             gradient[axis][0] += sign * u.x;
@@ -162,7 +162,7 @@ void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)
         fade->step > 0 ? fit_left(fade->step, fit->fitted.fit.fade_steps, step) : 0.0F;
     CutMoved at;
     cut_lattice_point(fit->lattice, vertex, at.point);
-    cut_lattice_around(fit->lattice, at.point, at.leaf);
+    cut_fit_around(fit, &at);
     const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, at.point)];
     const double *rest = fit->vertices->rows.rest[vertex];
     *out = (FitNode){.shift = vec3((double)(left * fade->from[0]), (double)(left * fade->from[1]),
@@ -174,8 +174,9 @@ void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)
     for (int s = 0; s < 8; s++) {
         if (cut_fit_vertex_of(fit, &at, s) != vertex)
             continue;
-        memcpy(out->corner[out->cell_count++], fit->lattice->corner[at.leaf[s]],
-               sizeof out->corner[0]);
+        for (int k = 0; k < FIT_CORNERS; k++)
+            out->corner[out->cell_count][k] = cut_fit_corner(fit, at.leaf[s], k);
+        out->cell_count++;
     }
 }
 

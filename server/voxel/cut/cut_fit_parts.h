@@ -3,6 +3,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H
 #define PLIANT_VOXEL_CUT_CUT_FIT_PARTS_H
 
+#include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_fit.h"
 
 static inline bool cut_fit_is_node(const CutFit *fit, int vertex)
@@ -10,11 +11,20 @@ static inline bool cut_fit_is_node(const CutFit *fit, int vertex)
     return fit->faces->slot_of[vertex] >= 0 && fit->lattice->anchor[vertex] >= 0;
 }
 
-// Returns the vertex at a point of a leaf around it; -1: no leaf, or one of several cells.
+// Finds what is around a point: finest cells, also those in larger leaves if all their corners are
+// vertices, which they are for ever; else the leaf; -1: void.
+void cut_fit_around(const CutFit *fit, CutMoved *at);
+// Returns the vertex at a corner of a finest cell.
+static inline int cut_fit_corner(const CutFit *fit, int cell, int corner)
+{
+    return fit->lattice->adapts ? cut_carry_corner(fit->lattice, cell, corner)
+                                : fit->lattice->corner[cell][corner];
+}
+// Returns the vertex at a point of a cell around it; -1: void, or a leaf of several cells.
 static inline int cut_fit_vertex_of(const CutFit *fit, const CutMoved *at, int slot)
 {
     const int leaf = at->leaf[slot];
-    return leaf < 0 || leaf >= fit->faces->cell_count ? -1 : fit->lattice->corner[leaf][7 - slot];
+    return leaf < 0 || leaf >= fit->faces->cell_count ? -1 : cut_fit_corner(fit, leaf, 7 - slot);
 }
 
 // cut_fit_fade.c. Lets the nodes of a point start from where they, or what they were part of, are
