@@ -17,7 +17,9 @@ typedef struct CutSample {
     StateList state;
     CutLattice cut;
     bool removable;
-    int levels, surface_level;
+    int levels, surface_level; // of elements inside and at the surface, or 0: it does not adapt
+    const FixedRegion *fixed;  // or NULL
+    const FineRegion *fine;    // or NULL
 } CutSample;
 
 static inline long cut_sample_cells(const CutSample *sample)
@@ -28,11 +30,16 @@ static inline long cut_sample_cells(const CutSample *sample)
 // True if the lattice could be created for the layout.
 static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, Status *status)
 {
-    const VoxelOptions options = {
-        .body = {.name = "body", .levels = sample->levels, .removable = sample->removable},
-        .lattice = &sample->lattice,
-        .surface_level = sample->surface_level,
-        .split_budget = budget};
+    const VoxelOptions options = {.body = {.name = "body",
+                                           .levels = sample->levels,
+                                           .removable = sample->removable,
+                                           .fixed_count = sample->fixed != NULL,
+                                           .fixed = sample->fixed},
+                                  .lattice = &sample->lattice,
+                                  .surface_level = sample->surface_level,
+                                  .fine_count = sample->fine != NULL,
+                                  .fine = sample->fine,
+                                  .split_budget = budget};
     VoxelMaking making = {.options = &options, .layout = sample->layout, .capacity = capacity};
     const bool good =
         lattice_mesh_create(&making.mesh, &making.layout, status) &&
@@ -41,16 +48,16 @@ static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, S
     return good;
 }
 
-// surface_level 0: it does not adapt.
-static inline void cut_sample_adapting(CutSample *sample, Lattice lattice, int levels,
-                                       int surface_level, int capacity, int budget, bool removable)
+static inline void cut_sample_options(CutSample *sample, Lattice lattice, int levels,
+                                      int surface_level)
+{
+    *sample = (CutSample){.lattice = lattice, .levels = levels, .surface_level = surface_level};
+    layout_create(&sample->layout, &sample->lattice, levels);
+}
+
+static inline void cut_sample_build(CutSample *sample, int capacity, int budget)
 {
     Status status = {0};
-    *sample = (CutSample){.lattice = lattice,
-                          .removable = removable,
-                          .levels = levels,
-                          .surface_level = surface_level};
-    layout_create(&sample->layout, &sample->lattice, levels);
     // Every cell a vertex of its own at each corner: more cannot be.
     if (capacity == 0)
         capacity = 8 * (int)lattice_solid(&sample->lattice);
@@ -60,7 +67,9 @@ static inline void cut_sample_adapting(CutSample *sample, Lattice lattice, int l
 static inline void cut_sample_make(CutSample *sample, Lattice lattice, int levels, int capacity,
                                    int budget, bool removable)
 {
-    cut_sample_adapting(sample, lattice, levels, 0, capacity, budget, removable);
+    cut_sample_options(sample, lattice, levels, 0);
+    sample->removable = removable;
+    cut_sample_build(sample, capacity, budget);
 }
 
 static inline void cut_sample_create(CutSample *sample, Lattice lattice, int levels, int capacity,

@@ -4,6 +4,8 @@
 #include "cut_sample.h"
 #include "test.h"
 
+#include "base/sets.h"
+
 // ---------------------------------------------------------------------------------------------
 // What must hold, from the bits and the labels alone
 
@@ -238,11 +240,64 @@ static void check_leaves(const CutSample *sample)
     assert_memory_equal(at_level, cut->leaf_at_level, sizeof at_level);
 }
 
+// Whether a face of one of an element's cells is broken.
+static bool is_bitten(const CutSample *sample, const bool *bitten, int element)
+{
+    const CutElement *of = &sample->cut.element[element];
+    const int edge = 1 << of->level;
+    for (int n = 0; n < edge * edge * edge; n++) {
+        const int at[3] = {of->cell[0] + n % edge, of->cell[1] + n / edge % edge,
+                           of->cell[2] + n / edge / edge};
+        const int cell = block_at(&sample->cut, 0, at);
+        if (cell >= 0 && bitten[cell])
+            return true;
+    }
+    return false;
+}
+
+// Whether a leaf must be divided though nobody asks.
+static bool must_be_divided(const CutSample *sample, const bool *bitten, int element)
+{
+    const CutElement *of = &sample->cut.element[element];
+    const int edge = 1 << of->level;
+    if (!of->mergeable || is_bitten(sample, bitten, element))
+        return true;
+    for (int n = 0; n < 27 && !of->whole; n++) {
+        const int around = block_at(&sample->cut, of->level,
+                                    (int[3]){of->cell[0] + (n % 3 - 1) * edge,
+                                             of->cell[1] + (n / 3 % 3 - 1) * edge,
+                                             of->cell[2] + (n / 9 - 1) * edge});
+        if (around >= 0 && is_bitten(sample, bitten, around))
+            return true;
+    }
+    return false;
+}
+
+static void check_wanted(const CutSample *sample)
+{
+    const CutLattice *cut = &sample->cut;
+    FREED bool *bitten = calloc((size_t)cut->level_first[1], sizeof *bitten);
+    for (int cell = 0; cell < cut->level_first[1]; cell++)
+        for (int axis = 0; axis < 3; axis++)
+            if (cut->broken[cell] >> axis & 1)
+                bitten[cell] = bitten[cut_lattice_across(cut, cell, 2 * axis + 1)] = true;
+    int count = 0;
+    for (int level = cut->levels; level > 0; level--)
+        for (int e = cut->level_first[level]; e < cut->level_first[level + 1]; e++)
+            if (cut_lattice_is_leaf(cut, e) &&
+                (cut->asked[e] || must_be_divided(sample, bitten, e))) {
+                assert_true(count < cut->wanted_count);
+                assert_int_equal(cut->wanted[count++], e);
+            }
+    assert_int_equal(count, cut->wanted_count);
+}
+
 static void check_all(const CutSample *sample)
 {
     const CutLattice *cut = &sample->cut;
     check_leaves(sample);
     check_balance(cut);
+    check_wanted(sample);
     FREED bool *seen = calloc((size_t)cut->vertex_capacity, sizeof *seen);
     Sums sums = {0};
     int p[3];
@@ -556,7 +611,9 @@ static void create(CutSample *sample, Lattice lattice, int inside, int surface, 
 {
     // As many vertices as there can be: those of the cells, and of corners in void.
     const int capacity = 8 * (int)lattice_solid(&lattice) + 4096;
-    cut_sample_adapting(sample, lattice, inside, surface, capacity, 1, removable);
+    cut_sample_options(sample, lattice, inside, surface);
+    sample->removable = removable;
+    cut_sample_build(sample, capacity, 1);
 }
 
 TEST(random_divisions_and_merges_keep_what_follows_from_the_bits)
@@ -675,4 +732,316 @@ TEST(a_cube_at_rest_has_coarse_elements_throughout)
     for (int v = 0; v < cut_lattice_used(&sample.cut); v++)
         used += sample.cut.vertex_id[v] >= 0 && !cut_lattice_is_carried(&sample.cut, v);
     assert_int_equal(used, 9 * 9 * 9);
+}
+
+// Returns how many groups of leaves there are that have a vertex in common.
+static int count_groups(const CutLattice *cut)
+{
+    FREED int *of_vertex = malloc((size_t)cut->vertex_capacity * sizeof *of_vertex);
+    FREED int *parent = malloc((size_t)cut->element_count * sizeof *parent);
+    memset(of_vertex, -1, (size_t)cut->vertex_capacity * sizeof *of_vertex);
+    union_find_reset(parent, cut->element_count);
+    for (int e = 0; e < cut->element_count; e++)
+        for (int n = 0; n < (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT); n++) {
+            const int v = cut_lattice_nodes(cut, e)[n];
+            if (v < 0)
+                continue;
+            if (of_vertex[v] < 0)
+                of_vertex[v] = e;
+            union_find_join(parent, e, of_vertex[v]);
+        }
+    int groups = 0;
+    for (int e = 0; e < cut->element_count; e++)
+        groups += cut_lattice_is_leaf(cut, e) && union_find_root(parent, e) == e;
+    return groups;
+}
+
+// Coarse elements share vertices in void, too: never with what does not hang together with them.
+TEST(merging_joins_nothing_that_is_apart)
+{
+    uint64_t seed = 35;
+    int apart = 0;
+    for (int round = 0; round < EFFORT(2); round++)
+        for (int kind = 0; kind <= MERGE_KINDS + SAMPLE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            Lattice lattice = kind < MERGE_KINDS ? body_of((MergeKind)kind)
+                              : kind == MERGE_KINDS + SAMPLE_KINDS
+                                  ? sample_box(16, 12, 9)
+                                  : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed);
+            if (kind == MERGE_KINDS + SAMPLE_KINDS) // two plates, a cell apart, in the same blocks
+                memset(lattice.label + lattice_index(&lattice, 0, 0, 5), 0, 16 * 12);
+            const int pieces = lattice_pieces(&lattice);
+            create(&sample, lattice, round % 3, 1 + round % 3, false);
+            cut_lattice_coarsen(&sample.cut);
+            assert_int_equal(count_groups(&sample.cut), pieces);
+            sample.cut.split_budget = 1000;
+            want_at_random(&sample.cut, &seed);
+            cut_lattice_reconstruct(&sample.cut);
+            cut_lattice_forget_changes(&sample.cut);
+            assert_int_equal(count_groups(&sample.cut), pieces);
+            apart += pieces > 1 && sample.cut.leaf_at_level[1] > 0;
+        }
+    assert_true(apart > 0);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What may be a leaf
+
+static bool cells_hang_together(const CutSample *sample, const CutElement *of)
+{
+    const int edge = 1 << of->level, cells = edge * edge * edge;
+    FREED int *queue = malloc((size_t)cells * sizeof *queue);
+    FREED bool *seen = calloc((size_t)cells, sizeof *seen);
+    int solid = 0, first = -1, end = 0;
+    for (int n = cells - 1; n >= 0; n--)
+        if (is_solid(sample, (int[3]){of->cell[0] + n % edge, of->cell[1] + n / edge % edge,
+                                      of->cell[2] + n / edge / edge})) {
+            solid++;
+            first = n;
+        }
+    queue[end++] = first;
+    seen[first] = true;
+    for (int begin = 0; begin < end; begin++)
+        for (int d = 0; d < 6; d++) {
+            int at[3] = {queue[begin] % edge, queue[begin] / edge % edge,
+                         queue[begin] / edge / edge};
+            at[d / 2] += d & 1 ? 1 : -1;
+            if (at[d / 2] < 0 || at[d / 2] >= edge)
+                continue;
+            const int n = (at[2] * edge + at[1]) * edge + at[0];
+            for (int k = 0; k < 3; k++)
+                at[k] += of->cell[k];
+            if (seen[n] || !is_solid(sample, at))
+                continue;
+            seen[n] = true;
+            queue[end++] = n;
+        }
+    return end == solid;
+}
+
+// How many parts the cells around a point are in, none of them gone or merged.
+static int parts_of_cells(const CutSample *sample, const int point[3], int *solid)
+{
+    int part[8], parts = 0;
+    *solid = 0;
+    for (int s = 0; s < 8; s++) {
+        const bool is =
+            is_solid(sample, (int[3]){point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
+                                      point[2] - 1 + (s >> 2)});
+        part[s] = is ? s : -1;
+        *solid += is;
+    }
+    for (int round = 0; round < 8; round++)
+        for (int s = 0; s < 8; s++)
+            for (int axis = 0; axis < 3; axis++) {
+                const int t = s ^ 1 << axis;
+                if (part[s] >= 0 && part[t] >= 0)
+                    part[s] = part[t] = part[s] < part[t] ? part[s] : part[t];
+            }
+    for (int s = 0; s < 8; s++)
+        parts += part[s] == s;
+    return parts;
+}
+
+// By the definition, for one element alone; the children are another's.
+static bool may_be_leaf(const CutSample *sample, const CutElement *of, const FixedRegion *held,
+                        const FineRegion *fine)
+{
+    const int edge = 1 << of->level;
+    int points = 0, fixed = 0, material = 0, solid;
+    bool inner = true;
+    for (int n = 0; n < edge * edge * edge; n++) {
+        const int at[3] = {of->cell[0] + n % edge, of->cell[1] + n / edge % edge,
+                           of->cell[2] + n / edge / edge};
+        const int label = lattice_label(&sample->lattice, at[0], at[1], at[2]);
+        if (label != 0 && material != 0 && label != material)
+            return false;
+        material = label != 0 ? label : material;
+    }
+    double square = 0.0;
+    for (int d = 0; d < 3; d++) { // the point of the block that is nearest to the ball
+        const double at = d == 0 ? fine->centre.x : d == 1 ? fine->centre.y : fine->centre.z;
+        const double near = fmax(of->cell[d], fmin(of->cell[d] + edge, at));
+        square += (near - at) * (near - at);
+    }
+    if (square <= fine->radius * fine->radius)
+        return false;
+    for (int z = 0; z <= edge; z++)
+        for (int y = 0; y <= edge; y++)
+            for (int x = 0; x <= edge; x++) {
+                const int p[3] = {of->cell[0] + x, of->cell[1] + y, of->cell[2] + z};
+                if (parts_of_cells(sample, p, &solid) > 1)
+                    return false;
+                inner &= solid == 8;
+                points++;
+                fixed += fixed_contains(held, vec3(p[0], p[1], p[2]));
+            }
+    return (fixed == 0 || fixed == points) && cells_hang_together(sample, of) &&
+           of->level <= (inner ? sample->levels : sample->surface_level);
+}
+
+TEST(elements_may_be_leaves_where_they_say_what_their_cells_do)
+{
+    uint64_t seed = 36;
+    int may = 0, may_not = 0;
+    for (int round = 0; round < EFFORT(3); round++)
+        for (int kind = 0; kind < MERGE_KINDS + SAMPLE_KINDS; kind++) {
+            SCOPED(cut_sample_drop) CutSample sample;
+            Lattice lattice = kind < MERGE_KINDS
+                                  ? body_of((MergeKind)kind)
+                                  : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed);
+            lattice.origin = vec3(0.0, 0.0, 0.0); // points are their own places
+            FixedRegion held = {.kind = FIXED_SPHERE,
+                                .center = vec3(3.0, 4.0, 1.0),
+                                .radius = random_between(&seed, 0.0, 8.0)};
+            FineRegion fine = {.centre = vec3(10.0, 9.0, 2.0),
+                               .radius = random_between(&seed, 0.0, 4.0)};
+            cut_sample_options(&sample, lattice, round % 3, 1 + round % 3);
+            sample.fixed = &held;
+            sample.fine = &fine;
+            cut_sample_build(&sample, 8 * (int)lattice_solid(&lattice) + 4096, 1);
+            const CutLattice *cut = &sample.cut;
+            for (int e = cut->level_first[1]; e < cut->element_count; e++) {
+                const CutElement *of = &cut->element[e];
+                bool expected = may_be_leaf(&sample, of, &held, &fine);
+                for (int c = 0; c < 8 && of->level > 1; c++) {
+                    const int child = cut_lattice_child(cut, e, c);
+                    expected &= child < 0 || cut->element[child].mergeable;
+                }
+                assert_int_equal(of->mergeable, expected);
+                may += expected;
+                may_not += !expected;
+            }
+            cut_lattice_coarsen(&sample.cut);
+            check_all(&sample);
+        }
+    assert_true(may > 1000 && may_not > 1000);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Limits, and states that were brought back
+
+// Divisions that do not fit leave everything as it was, and stay wanted; merging makes room.
+TEST(rows_of_vertices_that_ended_are_used_again)
+{
+    uint64_t seed = 37;
+    int refused = 0;
+    for (int round = 0; round < EFFORT(6); round++) {
+        SCOPED(cut_sample_drop) CutSample sample;
+        Lattice lattice = body_of(round % 2 == 0 ? MERGE_CUBE : MERGE_BALL);
+        // As many rows as the body with its fine surface has, and a few.
+        cut_sample_options(&sample, lattice, 2, 2);
+        LatticeMesh mesh;
+        Status status = {0};
+        assert_true(lattice_mesh_create(&mesh, &sample.layout, &status));
+        const int capacity = mesh.vertex_count + random_below(&seed, 40);
+        lattice_mesh_destroy(&mesh);
+        cut_sample_build(&sample, capacity, 1000);
+        CutLattice *cut = &sample.cut;
+        Follower follower = follower_create(cut);
+        for (int step = 0; step < 12; step++) {
+            want_at_random(cut, &seed);
+            cut_lattice_reconstruct(cut);
+            settle(&sample, &follower);
+            if (cut->wanted_count > 0 && cut_lattice_reconstruct(cut) == 0) {
+                refused++;
+                settle(&sample, &follower);
+            }
+            cut_lattice_withdraw(cut);
+            merge_at_random(cut, &seed, 60);
+            settle(&sample, &follower);
+            check_derived(cut);
+        }
+        follower_drop(&follower);
+    }
+    assert_true(refused > 0);
+}
+
+static void go_on(CutSample *sample, uint64_t seed, int steps)
+{
+    CutLattice *cut = &sample->cut;
+    FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+    for (int step = 0; step < steps; step++) {
+        if (step % 3 == 2)
+            cut_lattice_break(cut, (const int(*)[2])face, cut_sample_random(cut, &seed, face));
+        want_at_random(cut, &seed);
+        cut_lattice_reconstruct(cut);
+        cut_lattice_forget_changes(cut);
+        merge_at_random(cut, &seed, 20);
+        cut_lattice_forget_changes(cut);
+    }
+}
+
+// Requests that wait are part of the state, and so is the order of free rows.
+TEST(adapting_state_that_was_brought_back_goes_on_alike)
+{
+    for (int round = 0; round < EFFORT(4); round++) {
+        SCOPED(cut_sample_drop) CutSample sample;
+        create(&sample, body_of(round % 2 == 0 ? MERGE_BALL : MERGE_LOBES), 2, 2, false);
+        sample.cut.split_budget = 3;
+        cut_lattice_coarsen(&sample.cut);
+        const size_t bytes = state_bytes(&sample.state);
+        FREED void *middle = malloc(bytes);
+        go_on(&sample, 31 + (uint64_t)round, 5);
+        assert_true(sample.cut.wanted_count > 0);
+        state_copy_out(&sample.state, middle);
+        go_on(&sample, 41, 5);
+        const uint64_t expected = state_hash(&sample.state);
+        state_copy_in(&sample.state, middle);
+        assert_true(cut_lattice_derive(&sample.cut));
+        go_on(&sample, 41, 5);
+        assert_true(state_hash(&sample.state) == expected);
+        check_all(&sample);
+    }
+}
+
+// Whatever bytes a file brings: refused, or a state in which everything holds.
+static void damage(bool removable)
+{
+    uint64_t seed = 38;
+    SCOPED(cut_sample_drop) CutSample sample;
+    create(&sample, sample_ball(13), 2, 2, removable);
+    sample.cut.split_budget = 4;
+    cut_lattice_coarsen(&sample.cut);
+    go_on(&sample, 39, 4);
+    for (int k = 0; k < 3 && removable; k++) {
+        int cell[CUT_REMOVE_MOST], count = cut_sample_random_cells(&sample.cut, &seed, cell);
+        cut_lattice_expose(&sample.cut, cell, &count, 1000);
+        cut_lattice_remove(&sample.cut, cell, count);
+        cut_lattice_forget_changes(&sample.cut);
+    }
+    const size_t bytes = state_bytes(&sample.state);
+    FREED unsigned char *good = malloc(bytes), *bad = malloc(bytes);
+    state_copy_out(&sample.state, good);
+    int refused = 0, rounds = EFFORT(300);
+    for (int round = 0; round < rounds; round++) {
+        memcpy(bad, good, bytes);
+        for (int n = random_below(&seed, 3); n >= 0; n--)
+            bad[random_bits(&seed) % bytes] = (unsigned char)random_below(&seed, 256);
+        if (round % 5 == 0) { // bits alone
+            const size_t at = random_bits(&seed) % ((size_t)sample.cut.element_count +
+                                                    (size_t)sample.cut.level_first[1]);
+            memcpy(bad, good, bytes);
+            bad[at] = (unsigned char)random_below(&seed, 8);
+        }
+        state_copy_in(&sample.state, bad);
+        if (cut_lattice_derive(&sample.cut))
+            check_all(&sample);
+        else
+            refused++;
+    }
+    assert_true(refused > rounds / 3);
+    state_copy_in(&sample.state, good);
+    assert_true(cut_lattice_derive(&sample.cut));
+    check_all(&sample);
+}
+
+TEST(damaged_adapting_states_are_refused_or_sound)
+{
+    damage(false);
+}
+
+TEST(damaged_adapting_states_with_removals_are_refused_or_sound)
+{
+    damage(true);
 }
