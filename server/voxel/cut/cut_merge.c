@@ -13,7 +13,7 @@
 // Load time: elements that may be leaves
 
 // What is known of a lattice point of the uncut body: bits.
-enum { POINT_IN_PARTS = 1, POINT_HELD = 2, POINT_INNER = 4, POINT_SOLID = 8 };
+enum { POINT_IN_PARTS = 1, POINT_HELD = 2, POINT_INNER = 4 };
 
 typedef struct Allowing {
     CutLattice *lattice;
@@ -47,7 +47,7 @@ static void find_parts(Allowing *allowing)
                              << s;
                 unsigned char *point = &allowing->point[cut_parts_index(scratch, p)];
                 *point |= allowing->parts[solid] > 1 ? POINT_IN_PARTS : 0;
-                *point |= (solid == 0xff ? POINT_INNER : 0) | (solid != 0 ? POINT_SOLID : 0);
+                *point |= solid == 0xff ? POINT_INNER : 0;
             }
 }
 
@@ -87,40 +87,6 @@ static void gather_points(const Allowing *allowing, const CutElement *element, u
             for (int x = 0; x <= edge; x++)
                 *any |= row[x], *all &= row[x];
         }
-}
-
-// True if holding the corners of a block holds the same of its points as the scene does: those
-// between held corners alone. Corners in void are not held.
-static bool is_held_alike(const Allowing *allowing, const CutElement *element)
-{
-    const CutScratch *scratch = allowing->lattice->scratch;
-    const int edge = 1 << element->level, *at = element->cell;
-    enum { BOTH = POINT_HELD | POINT_SOLID };
-    bool held[8];
-    int offset[3];
-    for (int k = 0; k < 8; k++) {
-        const int p[3] = {at[0] + (k & 1) * edge, at[1] + (k >> 1 & 1) * edge,
-                          at[2] + (k >> 2) * edge};
-        held[k] = (allowing->point[cut_parts_index(scratch, p)] & BOTH) == BOTH;
-    }
-    for (offset[2] = 0; offset[2] <= edge; offset[2]++)
-        for (offset[1] = 0; offset[1] <= edge; offset[1]++)
-            for (offset[0] = 0; offset[0] <= edge; offset[0]++) {
-                const int p[3] = {at[0] + offset[0], at[1] + offset[1], at[2] + offset[2]};
-                const unsigned point = allowing->point[cut_parts_index(scratch, p)];
-                if (!(point & POINT_SOLID))
-                    continue;
-                bool all = true; // of the corners that it is between
-                for (int k = 0; k < 8; k++) {
-                    bool between = true;
-                    for (int d = 0; d < 3; d++)
-                        between &= offset[d] != (k >> d & 1 ? 0 : edge);
-                    all &= held[k] || !between;
-                }
-                if (all != ((point & POINT_HELD) != 0))
-                    return false;
-            }
-    return true;
 }
 
 // True if the children hold together through faces inside the element, and may be leaves.
@@ -166,6 +132,35 @@ static bool is_fine(const Allowing *allowing, const CutElement *element)
     return false;
 }
 
+// True if the points of a closed block that are held are those between held corners of it, and no
+// others: then its motion leaves them where they are.
+static bool holds_by_corners(const Allowing *allowing, const CutElement *element)
+{
+    const CutScratch *scratch = allowing->lattice->scratch;
+    const int edge = 1 << element->level, *at = element->cell;
+    unsigned held = 0; // corners
+    for (int c = 0; c < NODE_CORNERS; c++) {
+        const int p[3] = {at[0] + (c & 1) * edge, at[1] + (c >> 1 & 1) * edge,
+                          at[2] + (c >> 2) * edge};
+        held |= (unsigned)((allowing->point[cut_parts_index(scratch, p)] & POINT_HELD) != 0) << c;
+    }
+    // Corners at the lower and the upper side of each axis.
+    static const unsigned SIDE[3][2] = {{0x55, 0xaa}, {0x33, 0xcc}, {0x0f, 0xf0}};
+    int p[3];
+    for (p[2] = 0; p[2] <= edge; p[2]++)
+        for (p[1] = 0; p[1] <= edge; p[1]++)
+            for (p[0] = 0; p[0] <= edge; p[0]++) {
+                unsigned between = 0xff;
+                for (int d = 0; d < 3; d++)
+                    between &= p[d] == 0 ? SIDE[d][0] : p[d] == edge ? SIDE[d][1] : 0xffu;
+                const int point[3] = {at[0] + p[0], at[1] + p[1], at[2] + p[2]};
+                const bool is = allowing->point[cut_parts_index(scratch, point)] & POINT_HELD;
+                if (is != ((between & ~held) == 0))
+                    return false;
+            }
+    return true;
+}
+
 static bool may_be_leaf(const Allowing *allowing, int number)
 {
     const CutElement *element = &allowing->lattice->element[number];
@@ -176,7 +171,8 @@ static bool may_be_leaf(const Allowing *allowing, int number)
     gather_points(allowing, element, &any, &all);
     const int coarsest = all & POINT_INNER ? options->body.levels : options->surface_level;
     return element->level <= coarsest && !(any & POINT_IN_PARTS) &&
-           (!(any & POINT_HELD) || is_held_alike(allowing, element)) && !is_fine(allowing, element);
+           ((any & POINT_HELD) == 0 || holds_by_corners(allowing, element)) &&
+           !is_fine(allowing, element);
 }
 
 void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making)
