@@ -76,7 +76,7 @@ static double largest_eigenvalue(const Template *shape, double nu, Acting acting
     return value;
 }
 
-// That of a plain cube of edge 1 (README.md, "Critical time step").
+// That of a plain cube of edge 1 (server/voxel/README.md, "Critical time step").
 static double cube_s(double nu)
 {
     return 4.0 * (2.0 + 3.0 * 2.0 * nu / (1.0 - 2.0 * nu));
