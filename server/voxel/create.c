@@ -95,7 +95,7 @@ static void set_element(VoxelMaking *making, int element, const Template *shape)
                                                 shape, &making->classes[element]);
     add_bounds(making, &bounds);
     making->density[element] = material->density;
-    if (!options->body.cuttable)
+    if (!voxel_changes(options))
         return;
     // It may be divided into the smallest ones.
     Template plain;
@@ -328,8 +328,10 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
 {
     const VoxelOptions *options = making->options;
     const bool tears = options->tear_stress > 0.0 || options->tear_force > 0.0;
-    const BodyOps *ops =
-        model->cuts == NULL ? &voxel_ops : &voxel_ops_of_cuttable[tears][options->heats];
+    const bool adapts = options->surface_level > 0;
+    const BodyOps *ops = options->body.cuttable
+                             ? &voxel_ops_of_cuttable[adapts][tears][options->heats]
+                             : &voxel_ops[adapts];
     // Mass, counts and bounds, which cuts will change.
     *body = body_of_options(&options->body, ops, model);
     for (int e = 0; e < making->mesh.element_count; e++)
@@ -373,7 +375,7 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
                         Status *status)
 {
     const VoxelOptions *options = making->options;
-    const bool cuttable = options->body.cuttable;
+    const bool changes = voxel_changes(options);
     const char *name = options->body.name;
     make_elements(making);
     VoxelModel *model = ALLOCATE(ARENA_STEP, 1, VoxelModel, "model");
@@ -384,19 +386,19 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
         model->stiffening = create_stiffening(&options->stiffening, name, arena);
     // The order matters: rows need masses, the frame needs rows, batches need the vertices'
     // precision.
-    if (cuttable && !cut_body_create_elements(model, making, arena, state, status))
+    if (changes && !cut_body_create_elements(model, making, arena, state, status))
         return false;
     create_vertices(model, making, name, arena, state);
-    if (cuttable)
+    if (changes)
         cut_body_create_masses(model, making, arena);
     create_frame(&model->vertices, model->cuts, name, arena, state);
-    if (cuttable)
+    if (changes)
         cut_body_create_batches(model, making, arena, state);
     else
         create_batches(model, making, name, arena, state);
     describe(body, model, making);
-    return cuttable ? cut_body_create_surface(model, making, body, arena, state, status)
-                    : create_surface(model, making, body, arena, status);
+    return changes ? cut_body_create_surface(model, making, body, arena, state, status)
+                   : create_surface(model, making, body, arena, status);
 }
 
 ISA_KERNELS(VoxelKernels, voxel);
@@ -421,7 +423,7 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     ok = ok &&
          vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
                              status) &&
-         (!options->body.cuttable || cut_body_check(&making, status));
+         (!voxel_changes(options) || cut_body_check(&making, status));
     // The body itself.
     if (ok)
         making.by_id = vertex_ids_sort(making.mesh.id, making.mesh.vertex_count);

@@ -30,7 +30,8 @@ typedef struct VoxelModel {
     struct VoxelCuts *cuts;    // what a body that can be cut has besides (cut/cut_body.h), or NULL
 } VoxelModel;
 
-extern const BodyOps voxel_ops, voxel_ops_of_cuttable[2][2]; // [it tears][it heats]
+extern const BodyOps voxel_ops[2];                   // [it adapts]
+extern const BodyOps voxel_ops_of_cuttable[2][2][2]; // [it adapts][it tears][it heats]
 
 // Returns what the kernels need to evaluate these rows; batch.h adds the batches.
 VoxelPass voxel_pass(const VoxelModel *model, const void *rows);

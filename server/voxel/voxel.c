@@ -284,12 +284,15 @@ static const char *voxel_isa(const void *self)
                 .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
                 .account = cut_body_account, .sections = cut_body_sections,                        \
                 .visit = cut_body_visit
-#define TEARS .tear = cut_body_tear
-#define HEATS .conduct = cut_body_conduct, .snapshot_coagulated = voxel_snapshot_coagulated
+#define TEARS  .tear = cut_body_tear
+#define HEATS  .conduct = cut_body_conduct, .snapshot_coagulated = voxel_snapshot_coagulated
+#define ADAPTS .adapt = cut_body_adapt, .approach = cut_body_approach
 
 // The pipeline has stages for operations that a body has.
-const BodyOps voxel_ops = {OPERATIONS};
-const BodyOps voxel_ops_of_cuttable[2][2] = {
-    {{OPERATIONS_OF_CUTTABLE}, {OPERATIONS_OF_CUTTABLE, HEATS}},
-    {{OPERATIONS_OF_CUTTABLE, TEARS}, {OPERATIONS_OF_CUTTABLE, TEARS, HEATS}},
+const BodyOps voxel_ops[2] = {{OPERATIONS}, {OPERATIONS, ADAPTS}};
+const BodyOps voxel_ops_of_cuttable[2][2][2] = {
+    {{{OPERATIONS_OF_CUTTABLE}, {OPERATIONS_OF_CUTTABLE, HEATS}},
+     {{OPERATIONS_OF_CUTTABLE, TEARS}, {OPERATIONS_OF_CUTTABLE, TEARS, HEATS}}},
+    {{{OPERATIONS_OF_CUTTABLE, ADAPTS}, {OPERATIONS_OF_CUTTABLE, ADAPTS, HEATS}},
+     {{OPERATIONS_OF_CUTTABLE, ADAPTS, TEARS}, {OPERATIONS_OF_CUTTABLE, ADAPTS, TEARS, HEATS}}},
 };

@@ -62,6 +62,12 @@ typedef struct VoxelOptions {
     const SurfaceField *field; // outer faces are published as its smooth surface; NULL: as they are
 } VoxelOptions;
 
+// True if the elements of a body can change: it is stored as one that can be cut.
+static inline bool voxel_changes(const VoxelOptions *options)
+{
+    return options->body.cuttable || options->surface_level > 0;
+}
+
 // Builds a body. Allocates from `arena` and adds
 // its arrays to `state`. False with `status` if the options do not fit.
 bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateList *state,

@@ -45,6 +45,9 @@ static const Layout LAYOUTS[] = {
     {"levels 1", "levels = 1;"},
     {"levels 2", "levels = 2;"},
     {"levels 3", "levels = 3;"},
+    {"adapts, 1", "levels = { inside = 1;  surface = 1; };"},
+    {"adapts, 2", "levels = { inside = 2;  surface = 2; };"},
+    {"adapts, 3", "levels = { inside = 3;  surface = 3; };"},
 };
 enum { LAYOUTS_COUNT = sizeof LAYOUTS / sizeof *LAYOUTS, FINEST = 0 };
 
@@ -155,7 +158,8 @@ static bool watched_adapt(Body *body, int64_t step, double tick, TopologyChange 
     watch.ops->snapshot(body->model, watch.before, NULL);
     watch.ops->measure(body->model, &was);
     watch.ns += clock_thread_ns() - begin;
-    if (!watch.ops->adapt(body, step, tick, change))
+    const bool shown = watch.ops->adapt(body, step, tick, change);
+    if (!shown && !change->inside)
         return false;
     begin = clock_thread_ns();
     watch.changes++;
@@ -165,7 +169,7 @@ static bool watched_adapt(Body *body, int64_t step, double tick, TopologyChange 
         watch.jump = fmax(watch.jump, fabs((double)watch.after[i] - (double)watch.before[i]));
     watch.energy = fmax(watch.energy, fabs(is.elastic - was.elastic));
     watch.ns += clock_thread_ns() - begin;
-    return true;
+    return shown;
 }
 
 static void watch_body(Body *body)

@@ -27,6 +27,8 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
         shown |= cut_fit_follow(cuts->fit, divided, body);
     if (cuts->tension != NULL)
         cut_tension_follow(cuts->tension);
+    if (cuts->adapt != NULL)
+        cut_adapt_follow(cuts->adapt);
     body->element_count = cuts->lattice.leaf_count;
     cut_lattice_forget_changes(&cuts->lattice);
     return shown;
@@ -114,6 +116,29 @@ bool cut_body_reconstruct(Body *body, TopologyChange *change)
     return cut_body_follow(cuts, body, true, false, change);
 }
 
+void cut_body_approach(void *self, const Approach *approach, int count)
+{
+    cut_adapt_approach(((VoxelModel *)self)->cuts->adapt, approach, count);
+}
+
+bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *change)
+{
+    (void)step;
+    (void)tick;
+    const VoxelModel *model = body->model;
+    VoxelCuts *cuts = model->cuts;
+    bool merged;
+    if (cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged) == 0)
+        return false;
+    // Nodes that come and go are inside, where nothing outside refers to them; only a mesh of all
+    // nodes shows them.
+    cut_body_follow(cuts, body, true, false, change);
+    *change = (TopologyChange){.inside = true};
+    if (cuts->faces.all)
+        body->mesh.topology = topology_after(body->mesh.topology);
+    return false;
+}
+
 // Sets the bounds of the step: coagulated elements are stiffer, and damped as elements that
 // stiffen.
 static void set_bounds(const VoxelCuts *cuts, Body *body)
@@ -168,10 +193,11 @@ static bool derive(VoxelCuts *cuts, Body *body)
         cut_fit_derive(cuts->fit, body);
     if (cuts->tension != NULL && faces)
         cut_tension_follow(cuts->tension);
+    const bool adapt = cuts->adapt == NULL || cut_adapt_derive(cuts->adapt);
     body->element_count = cuts->lattice.leaf_count;
     if (cuts->reach != NULL)
         cut_body_count_gone(cuts, body);
-    return pieces && faces && heat && (cuts->reach == NULL || cuts->present > 0);
+    return pieces && faces && heat && adapt && (cuts->reach == NULL || cuts->present > 0);
 }
 
 void cut_body_restored(VoxelCuts *cuts, Body *body)
@@ -562,6 +588,10 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cuts->gone = ALLOCATE(ARENA_CONTACT, options->material_count, int, "cells that are gone");
         cuts->mass_at_load = body->mass;
         cut_body_count_gone(cuts, body);
+    }
+    if (cuts->lattice.adapts) {
+        cuts->adapt = ALLOCATE(ARENA_TOPOLOGY, 1, CutAdapt, "adaptation of elements");
+        cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses, cuts->name, arena, state);
     }
     cuts->account.gone = cuts->gone;
     if (cuts->heat != NULL)

@@ -5,6 +5,7 @@
 #define PLIANT_VOXEL_CUT_CUT_BODY_H
 
 #include "voxel/cut/cut_account.h"
+#include "voxel/cut/cut_adapt.h"
 #include "voxel/cut/cut_blade.h"
 #include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_faces.h"
@@ -37,6 +38,7 @@ typedef struct VoxelCuts {
     int *gone;              // [materials] cells that are gone, and
     double mass_at_load;    // of the body [kg]
     CutHeat *heat;          // of a body that diathermy acts on, or NULL
+    CutAdapt *adapt;        // of a body that adapts, or NULL
     double lambda, damping; // Body's, while nothing is coagulated
     bool sound;             // the last derivation from the state succeeded
     int64_t refused;        // reconstructions left incomplete for lack of capacity, since the start
@@ -46,6 +48,8 @@ typedef struct VoxelCuts {
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change);
 bool cut_body_conduct(Body *body, double tick, bool *shown);
+bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *change);
+void cut_body_approach(void *self, const Approach *approach, int count);
 bool cut_body_reconstruct(Body *body, TopologyChange *change);
 void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *state); // load time
 

@@ -258,6 +258,10 @@ void cut_lattice_forget_changes(CutLattice *lattice);
 void cut_lattice_want(CutLattice *lattice, int element);
 // Takes back all such requests.
 void cut_lattice_withdraw(CutLattice *lattice);
+// Divides leaves of level 1 or more, each with what must be divided before it, whatever the budget.
+// Returns how many were divided. Left are those that exceed the capacity, and those with a broken
+// face in them, whose division shows: cut_lattice_reconstruct's.
+int cut_lattice_divide(CutLattice *lattice, const int *element, int count);
 // True if a divided element may become a leaf: its children are leaves, no block of their size
 // around it is divided, it is mergeable, and nothing is broken in or near it. False if a child was
 // merged in this change.

@@ -430,6 +430,17 @@ int cut_lattice_reconstruct(CutLattice *lattice)
     return divided;
 }
 
+int cut_lattice_divide(CutLattice *lattice, const int *element, int count)
+{
+    const int before = lattice->wanted_count;
+    int divided = 0;
+    for (int k = 0; k < count; k++)
+        if (cut_lattice_is_leaf(lattice, element[k]) && !lattice->scratch->bitten[element[k]])
+            divided += divide_in_order(lattice, element[k]);
+    keep_wanted(lattice, before);
+    return divided;
+}
+
 // ---------------------------------------------------------------------------------------------
 // Cells that go
 

@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: MIT
+#include "voxel/cut/cut_adapt.h"
+
+#include "base/bits.h"
+#include "geometry/box.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double REACHES = 1.5;    // radii of a path within which elements are finest
+static const double NEAR_CELLS = 4.0; // at least
+static const double LEAVES = 0.5;     // radii beyond, and cells at least, from which on they merge
+static const double FINE = 8.0;       // cells of this part of a radius are fine enough
+static const double MOVED = 0.5;      // motion of a path after which it is looked at again [cells]
+static const double STALE = 0.25;     // part of a brick by which its box may be too small
+static const double URGENT_TIME = 5e-3; // in which a tool is where it is about to touch [s]
+static const double RESIDUAL = 0.05;    // largest motion of a vertex by a merge [cells]
+enum {
+    SWEEP_TICKS = 20,  // at the longest, between sweeps
+    SPREAD_TICKS = 8,  // in which what waits is to be divided
+    BOX_TICKS = 64,    // at the longest, between two boxes of a brick
+    MERGE_BUDGET = 8,  // merges in a tick
+    LOOKS = 16,        // elements that are looked at for merges in a tick
+    LOOK_WORDS = 1024, // words of 64 elements, likewise
+};
+
+// ---------------------------------------------------------------------------------------------
+// Where elements are
+
+// Returns the vertex at corner c of an element: that of the leaf there; -1: void.
+static int corner_of(const CutLattice *lattice, int element, int c)
+{
+    while (element >= 0 && lattice->divided[element])
+        element = element < lattice->level_first[1] ? -1 : cut_lattice_child(lattice, element, c);
+    return element < 0 ? -1 : cut_lattice_nodes(lattice, element)[c];
+}
+
+// Returns the box around the corners of an element, in the rows' coordinates.
+static Box box_around(const CutAdapt *adapt, const void *row, int element)
+{
+    Box box = box_empty();
+    for (int c = 0; c < NODE_CORNERS; c++) {
+        const int vertex = corner_of(adapt->lattice, element, c);
+        if (vertex >= 0)
+            box_add(&box, rows_local(adapt->rows, row, vertex));
+    }
+    return box;
+}
+
+// Returns the distance of a box from the axis of a path, about: from that point of the axis which
+// is nearest to the box's middle. `along`: where that is, from 0 to 1.
+static double distance_of(const Box *box, const Approach *path, double *along)
+{
+    const Vec3 axis = vec3_sub(path->to, path->from),
+               middle = vec3_scale(0.5, vec3_add(vec3(box->low[0], box->low[1], box->low[2]),
+                                                 vec3(box->high[0], box->high[1], box->high[2])));
+    const double length2 = vec3_dot(axis, axis);
+    *along = length2 > 0.0
+                 ? fmin(1.0, fmax(0.0, vec3_dot(vec3_sub(middle, path->from), axis) / length2))
+                 : 0.0;
+    const Vec3 point = vec3_madd(path->from, *along, axis);
+    const double at[3] = {point.x, point.y, point.z};
+    double square = 0.0;
+    for (int d = 0; d < 3; d++) {
+        const double off = fmax(0.0, fmax(box->low[d] - at[d], at[d] - box->high[d]));
+        square += off * off;
+    }
+    return sqrt(square);
+}
+
+// Returns how far a path reaches from its axis [m].
+static double reach_of(const CutAdapt *adapt, const Approach *path)
+{
+    return fmax(REACHES * path->radius, NEAR_CELLS * adapt->size);
+}
+
+// Returns the level that is fine enough for a path.
+static int level_of(const CutAdapt *adapt, const Approach *path)
+{
+    int level = 0;
+    for (double edge = 2.0 * FINE * adapt->size;
+         edge <= path->radius && level < adapt->lattice->levels; edge *= 2.0)
+        level++;
+    return level;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Paths
+
+void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count)
+{
+    const Rows *rows = adapt->rows;
+    adapt->approach_count = 0;
+    for (int i = 0; i < count && i < APPROACH_MOST; i++) {
+        const Region there = {.kind = REGION_CAPSULE,
+                              .from = approach[i].from,
+                              .to = approach[i].to,
+                              .radius = approach[i].radius};
+        const Region here = rows_region(rows, &there);
+        adapt->approach[adapt->approach_count++] =
+            (Approach){here.from, here.to, approach[i].radius, approach[i].speed};
+    }
+}
+
+static double motion_of(const Approach *a, const Approach *b)
+{
+    return fmax(vec3_length(vec3_sub(a->from, b->from)), vec3_length(vec3_sub(a->to, b->to)));
+}
+
+// True if a sweep is due: something waits, a path has moved, or it is long since the last one.
+static bool is_due(const CutAdapt *adapt)
+{
+    const AdaptState *state = adapt->state;
+    bool moved = state->count != adapt->approach_count;
+    for (int i = 0; i < adapt->approach_count && !moved; i++)
+        moved = motion_of(&adapt->approach[i], &state->swept[i]) > MOVED * adapt->size ||
+                adapt->approach[i].radius != state->swept[i].radius;
+    return moved || state->waits || state->age >= SWEEP_TICKS;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Wishes
+
+static bool presses_more(const AdaptWish *a, const AdaptWish *b)
+{
+    if (a->urgent != b->urgent)
+        return a->urgent;
+    return a->distance != b->distance ? a->distance < b->distance : a->element < b->element;
+}
+
+static void add_wish(CutAdapt *adapt, const AdaptWish *wish)
+{
+    adapt->wished++;
+    int at = adapt->wish_count;
+    if (at == ADAPT_WISHES && !presses_more(wish, &adapt->wish[at - 1]))
+        return;
+    adapt->wish_count += at < ADAPT_WISHES;
+    at = adapt->wish_count - 1;
+    for (; at > 0 && presses_more(wish, &adapt->wish[at - 1]); at--)
+        adapt->wish[at] = adapt->wish[at - 1];
+    adapt->wish[at] = *wish;
+}
+
+// True if a tool is about to touch what is this far from the axis of its path, at `along`.
+static bool is_urgent(const CutAdapt *adapt, const Approach *path, double distance, double along)
+{
+    // The way of an end takes APPROACH_TIME; an axis is everywhere at once.
+    const double length = vec3_length(vec3_sub(path->to, path->from));
+    const bool way = length <= 1.01 * path->speed * APPROACH_TIME;
+    return distance < path->radius + adapt->size && (!way || along * APPROACH_TIME < URGENT_TIME);
+}
+
+// Wishes that a leaf is divided if one of these paths (a bit each) needs it.
+static void look_at_leaf(CutAdapt *adapt, const void *row, int leaf, unsigned paths)
+{
+    const int level = adapt->lattice->element[leaf].level;
+    const Box box = box_around(adapt, row, leaf);
+    AdaptWish wish = {.element = leaf, .distance = (double)INFINITY};
+    for (; paths != 0; paths &= paths - 1) {
+        const Approach *path = &adapt->approach[__builtin_ctz(paths)];
+        double along;
+        const double distance = distance_of(&box, path, &along);
+        if (level <= level_of(adapt, path) || distance >= reach_of(adapt, path))
+            continue;
+        wish.urgent |= is_urgent(adapt, path, distance, along);
+        wish.distance = fmin(wish.distance, distance - path->radius);
+    }
+    if (wish.distance < (double)INFINITY)
+        add_wish(adapt, &wish);
+}
+
+static void look_at(CutAdapt *adapt, const void *row, int element, unsigned paths)
+{
+    const CutLattice *lattice = adapt->lattice;
+    const CutElement *of = &lattice->element[element];
+    if (of->level == 0)
+        return;
+    if (!lattice->divided[element]) {
+        look_at_leaf(adapt, row, element, paths);
+        return;
+    }
+    const int count = __builtin_popcount(of->children);
+    for (int k = 0; k < count && of->level > 1; k++)
+        look_at(adapt, row, of->child + k, paths);
+}
+
+// Returns bits of the paths that reach a box grown by a margin [m].
+static unsigned paths_near(const CutAdapt *adapt, const Box *box, double margin)
+{
+    unsigned paths = 0;
+    for (int i = 0; i < adapt->approach_count; i++) {
+        const Approach *path = &adapt->approach[i];
+        const double reach = reach_of(adapt, path) + margin;
+        Box axis = box_empty();
+        box_add(&axis, path->from);
+        box_add(&axis, path->to);
+        bool apart = false;
+        for (int d = 0; d < 3; d++)
+            apart |= axis.low[d] - reach > box->high[d] || axis.high[d] + reach < box->low[d];
+        paths |= (unsigned)!apart << i;
+    }
+    return paths;
+}
+
+// Makes the box of a brick, and looks at those of its elements that these paths reach.
+static void look_at_brick(CutAdapt *adapt, const void *row, int brick, unsigned paths)
+{
+    const CutWindow *window = &adapt->lattice->window[adapt->brick_first + brick];
+    Box all = box_empty();
+    for (int e = window->first; e < window->end; e++) {
+        const Box box = box_around(adapt, row, e);
+        for (int d = 0; d < 3; d++) {
+            all.low[d] = fmin(all.low[d], box.low[d]);
+            all.high[d] = fmax(all.high[d], box.high[d]);
+        }
+        const unsigned near = paths == 0 ? 0 : paths & paths_near(adapt, &box, 0.0);
+        if (near != 0)
+            look_at(adapt, row, e, near);
+    }
+    for (int d = 0; d < 3; d++) {
+        adapt->box[brick].low[d] = (float)all.low[d];
+        adapt->box[brick].high[d] = (float)all.high[d];
+    }
+}
+
+// Finds the leaves that should be divided.
+static void sweep(CutAdapt *adapt, const void *row)
+{
+    const double brick_edge = adapt->size * (double)(WINDOW_EDGE << adapt->lattice->levels);
+    adapt->wish_count = adapt->wished = 0;
+    for (int b = 0; b < adapt->brick_count; b++) {
+        const AdaptBox *kept = &adapt->box[b];
+        Box box;
+        for (int d = 0; d < 3; d++) {
+            box.low[d] = (double)kept->low[d];
+            box.high[d] = (double)kept->high[d];
+        }
+        const unsigned paths = paths_near(adapt, &box, STALE * brick_edge);
+        if (paths != 0)
+            look_at_brick(adapt, row, b, paths);
+    }
+    adapt->state->age = 0;
+    adapt->state->count = adapt->approach_count;
+    memcpy(adapt->state->swept, adapt->approach, sizeof adapt->approach);
+}
+
+// Makes the boxes whose turn it is.
+static void make_boxes(CutAdapt *adapt, const void *row)
+{
+    int64_t *next = &adapt->state->brick;
+    for (int k = 0; k < (adapt->brick_count + BOX_TICKS - 1) / BOX_TICKS; k++) {
+        *next = *next + 1 < adapt->brick_count ? *next + 1 : 0;
+        look_at_brick(adapt, row, (int)*next, 0);
+    }
+}
+
+// Divides what presses most. Returns how many.
+static int divide(CutAdapt *adapt)
+{
+    // What waits is done in some ticks, what a tool is about to touch now.
+    const int even = (adapt->wished + SPREAD_TICKS - 1) / SPREAD_TICKS + 2;
+    const int budget = even < ADAPT_BUDGET ? even : ADAPT_BUDGET;
+    int element[ADAPT_WISHES], count = 0;
+    for (int w = 0; w < adapt->wish_count; w++)
+        if (adapt->wish[w].urgent || w < budget)
+            element[count++] = adapt->wish[w].element;
+    const int divided = cut_lattice_divide(adapt->lattice, element, count);
+    adapt->state->waits = divided > 0;
+    adapt->divided += divided;
+    return divided;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Merges
+
+// True if no path needs the children of an element, nor will soon.
+static bool is_left(const CutAdapt *adapt, const void *row, int element)
+{
+    const Box box = box_around(adapt, row, element);
+    for (int i = 0; i < adapt->approach_count; i++) {
+        const Approach *path = &adapt->approach[i];
+        double along;
+        if (adapt->lattice->element[element].level <= level_of(adapt, path))
+            continue;
+        if (distance_of(&box, path, &along) <
+            reach_of(adapt, path) + LEAVES * fmax(path->radius, 2.0 * adapt->size))
+            return false;
+    }
+    return true;
+}
+
+// Finds elements whose children may merge, from where the last search ended on.
+static void find_merges(CutAdapt *adapt, const void *row)
+{
+    const int cells = adapt->lattice->level_first[1],
+              words = bits_words(adapt->lattice->element_count - cells);
+    int64_t *next = &adapt->state->next;
+    int looks = 0, word = (int)(*next / 64);
+    uint64_t left = adapt->family[word] & (~UINT64_C(0) << (*next % 64));
+    adapt->merge_count = 0;
+    for (int w = 0; w < words && w < LOOK_WORDS; w++) {
+        while (left != 0) {
+            const int at = bits_take(&left, word), element = cells + at;
+            *next = at;
+            if (looks++ == LOOKS || adapt->merge_count == MERGE_BUDGET)
+                return;
+            if (is_left(adapt, row, element) && cut_lattice_can_merge(adapt->lattice, element) &&
+                cut_masses_residual(adapt->masses, element) < RESIDUAL)
+                adapt->merge[adapt->merge_count++] = element;
+        }
+        word = word + 1 < words ? word + 1 : 0;
+        left = adapt->family[word];
+        *next = 64 * (int64_t)word;
+    }
+}
+
+static int merge(CutAdapt *adapt)
+{
+    int merged = 0;
+    for (int m = 0; m < adapt->merge_count; m++) {
+        if (!cut_lattice_can_merge(adapt->lattice, adapt->merge[m]))
+            continue;
+        cut_lattice_merge(adapt->lattice, adapt->merge[m]);
+        merged++;
+    }
+    adapt->merged += merged;
+    return merged;
+}
+
+int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
+{
+    *merged = false;
+    adapt->state->age++;
+    make_boxes(adapt, row);
+    if (is_due(adapt)) {
+        sweep(adapt, row);
+        const int divided = divide(adapt);
+        if (divided > 0)
+            return divided;
+    }
+    find_merges(adapt, row);
+    *merged = true;
+    return merge(adapt);
+}
+
+// ---------------------------------------------------------------------------------------------
+// What follows from the lattice
+
+static void find_family(CutAdapt *adapt, int element)
+{
+    const CutLattice *lattice = adapt->lattice;
+    if (element < lattice->level_first[1])
+        return;
+    const CutElement *of = &lattice->element[element];
+    bool could = lattice->divided[element] && of->mergeable;
+    const int count = __builtin_popcount(of->children);
+    for (int k = 0; k < count && could; k++)
+        could = !lattice->divided[of->child + k];
+    if (could)
+        bits_add(adapt->family, element - lattice->level_first[1]);
+    else
+        bits_remove(adapt->family, element - lattice->level_first[1]);
+}
+
+void cut_adapt_follow(CutAdapt *adapt)
+{
+    const CutLattice *lattice = adapt->lattice;
+    for (int i = 0; i < lattice->changes.element_count; i++) {
+        const int element = lattice->changes.element[i];
+        find_family(adapt, element);
+        if (lattice->element[element].parent >= 0)
+            find_family(adapt, lattice->element[element].parent);
+    }
+}
+
+bool cut_adapt_derive(CutAdapt *adapt)
+{
+    const AdaptState *state = adapt->state;
+    const CutLattice *lattice = adapt->lattice;
+    const int words = bits_words(lattice->element_count - lattice->level_first[1]);
+    memset(adapt->family, 0, (size_t)words * sizeof *adapt->family);
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        find_family(adapt, e);
+    return state->age >= 0 && state->next >= 0 && state->next < 64 * (int64_t)words &&
+           state->brick >= 0 && state->brick < adapt->brick_count && state->count >= 0 &&
+           state->count <= APPROACH_MOST;
+}
+
+// ---------------------------------------------------------------------------------------------
+
+void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *masses,
+                      const char *name, Arena *arena, StateList *state)
+{
+    *adapt = (CutAdapt){.lattice = lattice,
+                        .masses = masses,
+                        .rows = &masses->vertices->rows,
+                        .size = masses->size};
+    while (lattice->window[adapt->brick_first].level < lattice->levels)
+        adapt->brick_first++;
+    adapt->brick_count = lattice->window_count - adapt->brick_first;
+    adapt->family =
+        ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1]),
+                 uint64_t, "elements that may merge");
+    adapt->state = ALLOCATE(ARENA_TOPOLOGY, 1, AdaptState, "adaptation");
+    adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
+    state_add(state, adapt->state, sizeof *adapt->state, "%s/adaptation", name);
+    state_add(state, adapt->box, (size_t)adapt->brick_count * sizeof *adapt->box,
+              "%s/adaptation_boxes", name);
+    for (int b = 0; b < adapt->brick_count; b++)
+        look_at_brick(adapt, vertices_row(masses->vertices), b, 0);
+    cut_adapt_derive(adapt);
+}
