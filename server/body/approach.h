@@ -5,14 +5,24 @@
 
 #include "base/vec.h"
 
-// The way of a tool's tip, or of one of its capsules, until APPROACH_TIME from now.
+// Something that is on an axis, or moves along it: the way of a tool's tip or of an end of one of
+// its capsules until APPROACH_TIME from now, the capsule's axis now and then, or a place where
+// something acts on the body.
 #define APPROACH_TIME 0.05 // [s]
 
 typedef struct Approach {
     Vec3 from, to; // [m] in the world
     double radius; // [m]
-    double speed;  // of the tool [m/s]
+    double speed;  // from one to the other [m/s]; 0: it is on all of the axis at once
+    double begin;  // time until it is at `from` [s]
 } Approach;
+
+// Returns the time until it is at a point of the axis [s], 0: `from`, 1: `to`.
+static inline double approach_time(const Approach *approach, double along)
+{
+    const double way = along * vec3_length(vec3_sub(approach->to, approach->from));
+    return approach->begin + (approach->speed > 0.0 ? way / approach->speed : 0.0);
+}
 
 enum { APPROACH_MOST = 32 }; // of one body
 

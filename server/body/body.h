@@ -99,8 +99,7 @@ typedef struct TopologyChange {
     const int (*gone_parent)[2]; // [gone_count] nodes that they were between, or both NODE_NONE
     int pieces;  // of reconstruct: how many there are, if it may have separated some; else 0
     bool again;  // call once more in this tick: new faces may have to be divided in turn
-    bool inside; // of a call that returns false: elements were divided or merged, while nodes,
-                 // faces and what they weigh stayed
+    bool inside; // elements were divided or merged, while nodes, faces and what they weigh stayed
 } TopologyChange;
 
 // Parameters that can change while a scene runs.

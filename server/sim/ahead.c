@@ -35,7 +35,7 @@ static Approach unite(const Approach *a, const Approach *b)
 {
     const Vec3 end[4] = {a->from, a->to, b->from, b->to};
     const double radius[4] = {a->radius, a->radius, b->radius, b->radius};
-    Approach both = {.from = end[0], .to = end[0], .speed = fmax(a->speed, b->speed)};
+    Approach both = {.from = end[0], .to = end[0], .begin = fmin(a->begin, b->begin)};
     double farthest = 0.0;
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < i; k++) {
@@ -130,18 +130,17 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
 // it moves now. Without the noise of poses, and at rest if none come any more.
 typedef struct ToolPath {
     ToolPlacement now, soon;
-    double speed;
 } ToolPath;
 
 static ToolPath predict(const ToolMotion *motion)
 {
-    ToolPath path = {.speed = vec3_length(motion->calm_linear)};
+    ToolPath path = {0};
     tool_motion_at(motion, 0.0, &path.now.position, &path.now.orientation);
     const double turn = APPROACH_TIME * vec3_length(motion->calm_angular);
     const double part = turn > LARGEST_TURN ? LARGEST_TURN / turn : 1.0;
     const Quat turned = quat_from_rotation(vec3_scale(part * APPROACH_TIME, motion->calm_angular));
-    path.soon.position = vec3_madd(motion->end_position, APPROACH_TIME, motion->calm_linear);
-    path.soon.orientation = quat_unit(quat_multiply(turned, motion->end_orientation));
+    path.soon.position = vec3_madd(path.now.position, APPROACH_TIME, motion->calm_linear);
+    path.soon.orientation = quat_unit(quat_multiply(turned, path.now.orientation));
     return path;
 }
 
@@ -158,11 +157,15 @@ static int add_capsule(Approach *list, int count, const ToolPath *path, const Ca
     const Vec3 from_soon = placed(&path->soon, capsule->from),
                to_soon = placed(&path->soon, capsule->to);
     const bool sphere = !(vec3_length(vec3_sub(capsule->to, capsule->from)) > 0.0);
-    Approach approach = {.radius = capsule->radius, .speed = path->speed};
+    // The ways of its ends, then its axis now and soon.
     const Vec3 way[4][2] = {{from, from_soon}, {to, to_soon}, {from, to}, {from_soon, to_soon}};
     for (int i = 0; i < (sphere ? 1 : 4); i++) {
-        approach.from = way[i][0];
-        approach.to = way[i][1];
+        const double length = vec3_length(vec3_sub(way[i][1], way[i][0]));
+        const Approach approach = {.from = way[i][0],
+                                   .to = way[i][1],
+                                   .radius = capsule->radius,
+                                   .speed = i < 2 ? length / APPROACH_TIME : 0.0,
+                                   .begin = i == 3 ? APPROACH_TIME : 0.0};
         count = ahead_add(list, count, MOST, &approach);
     }
     return count;
@@ -308,8 +311,8 @@ static bool is_sensible(const Approach *approach)
 {
     // Numbers that are not finite fail.
     return vec3_length(approach->from) < 1e9 && vec3_length(approach->to) < 1e9 &&
-           approach->radius >= 0.0 && approach->radius < 1e9 && approach->speed >= 0.0 &&
-           approach->speed < 1e9;
+           approach->radius >= 0.0 && approach->radius < 1e9 && approach->speed == 0.0 &&
+           approach->begin == 0.0;
 }
 
 bool ahead_check(const Sim *sim)

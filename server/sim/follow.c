@@ -3,7 +3,6 @@
 // Step thread.
 #include "sim/follow.h"
 
-#include "base/check.h"
 #include "sim/hold/tie.h"
 #include "sim/guard/guard.h"
 #include "sim/time_step.h"
@@ -59,10 +58,14 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
 
 void change_inside(Sim *sim, int b, BodyChange *make, void *context)
 {
+    Body *body = &sim->body[b];
     TopologyChange change = {0};
-    sim->body[b].step = sim->clock->step;
-    const bool outside = make(sim, b, context, &change);
-    ASSERT(!outside);
-    if (change.inside)
+    body->step = sim->clock->step;
+    const int topology = body->mesh.topology;
+    if (make(sim, b, context, &change)) {
+        body->mesh.topology = topology_after(topology);
+        follow(sim, b, &change);
+    } else if (change.inside) {
         guard_allow_change(sim, b);
+    }
 }

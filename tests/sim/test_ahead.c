@@ -94,7 +94,8 @@ TEST(a_path_leads_where_a_steady_tool_is_in_50_ms)
     const double tick = 1e-3 * vec3_length(velocity);
     expect_at_most(vec3_length(vec3_sub(told[0].from, at)), 3.0 * tick);
     const Vec3 way = vec3_sub(told[0].to, told[0].from);
-    expect_near(vec3_length(vec3_madd(way, -APPROACH_TIME, velocity)), 0.0, 1.1 * tick);
+    expect_near(vec3_length(vec3_madd(way, -APPROACH_TIME, velocity)), 0.0, 0.01 * tick);
+    expect_near(approach_time(&told[0], 0.5), 0.5 * APPROACH_TIME, 1e-12);
     expect_near(told[0].radius, 5e-3, 0.0);
     expect_near(told[0].speed, vec3_length(velocity), 1e-4 * vec3_length(velocity));
     // No more poses: it stays where it is, and so does what is expected of it.
@@ -132,6 +133,8 @@ TEST(blades_and_shafts_are_told_along_their_length)
     expect_near(shaft->radius, 2e-3, 0.0);
     expect_near(shaft->to.x - shaft->from.x, 0.03, 1e-12);
     expect_near(shaft->speed, 0.0, 0.0);
+    expect_near(approach_time(edge, 1.0), 0.0, 0.0);
+    expect_near(approach_time(&told[3], 1.0), APPROACH_TIME, 0.0); // the edge, soon
 }
 
 static double distance_to(const Approach *approach, Vec3 x)

@@ -97,8 +97,8 @@ void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count)
                               .to = approach[i].to,
                               .radius = approach[i].radius};
         const Region here = rows_region(rows, &there);
-        adapt->approach[adapt->approach_count++] =
-            (Approach){here.from, here.to, approach[i].radius, approach[i].speed};
+        adapt->approach[adapt->approach_count++] = (Approach){
+            here.from, here.to, approach[i].radius, approach[i].speed, approach[i].begin};
     }
 }
 
@@ -144,10 +144,7 @@ static void add_wish(CutAdapt *adapt, const AdaptWish *wish)
 // True if a tool is about to touch what is this far from the axis of its path, at `along`.
 static bool is_urgent(const CutAdapt *adapt, const Approach *path, double distance, double along)
 {
-    // The way of an end takes APPROACH_TIME; an axis is everywhere at once.
-    const double length = vec3_length(vec3_sub(path->to, path->from));
-    const bool way = length <= 1.01 * path->speed * APPROACH_TIME;
-    return distance < path->radius + adapt->size && (!way || along * APPROACH_TIME < URGENT_TIME);
+    return distance < path->radius + adapt->size && approach_time(path, along) < URGENT_TIME;
 }
 
 // Wishes that a leaf is divided if one of these paths (a bit each) needs it.
