@@ -142,7 +142,7 @@ typedef struct BodyOps {
     // Refines and coarsens by the current state; NULL: the body has one level of detail. Returns
     // true if the topology changed: `change` describes it, and the body's surface, mesh, mass,
     // bounds and counts are updated. `step` restarts from 0 after settling. A solid's faces stay:
-    // it returns false, and sets change->inside.
+    // it sets change->inside, and returns true only if clients need another mesh to show it.
     bool (*adapt)(Body *body, int64_t step, double tick, TopologyChange *change);
     // Tells where tools will be soon, and where something holds, loads or touches the body, before
     // adapt, in each tick; at most APPROACH_MOST. NULL: the body does not look ahead.
