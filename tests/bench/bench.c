@@ -224,6 +224,7 @@ int main(int argc, char **argv)
     bench_voxel_presses(&bench);
     bench_windows(&bench);
     bench_divisions(&bench);
+    bench_adaptations(&bench);
     bench_removals(&bench);
     bench_fitted(&bench);
     bench_touches(&bench);

@@ -63,6 +63,7 @@ void bench_voxels(Bench *bench);
 void bench_voxel_presses(Bench *bench);
 void bench_windows(Bench *bench);
 void bench_divisions(Bench *bench);
+void bench_adaptations(Bench *bench);
 void bench_removals(Bench *bench);
 void bench_fitted(Bench *bench);
 void bench_touches(Bench *bench);
