@@ -5,6 +5,7 @@
 
 #include "voxel/batch.h"
 #include "voxel/cut/cut_body.h"
+#include "voxel/error.h"
 #include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/skin.h"
@@ -396,6 +397,8 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
         cut_body_create_batches(model, making, arena, state);
     else
         create_batches(model, making, name, arena, state);
+    if (options->body.estimate_error)
+        model->error = voxel_error_create(making->capacity, name, arena);
     describe(body, model, making);
     return changes ? cut_body_create_surface(model, making, body, arena, state, status)
                    : create_surface(model, making, body, arena, status);

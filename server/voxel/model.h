@@ -27,6 +27,7 @@ typedef struct VoxelModel {
     const int64_t *node_count; // grows in bodies that are cut
     struct Skin *skin;         // or NULL
     struct FittedBody *fitted; // of a smooth surface (fitted_body.h), or NULL
+    struct VoxelError *error;  // estimates what the elements leave out (error.h), or NULL
     struct VoxelCuts *cuts;    // what a body that can be cut has besides (cut/cut_body.h), or NULL
 } VoxelModel;
 

@@ -191,6 +191,20 @@ void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *p
     }
 }
 
+int skin_vertex(const Skin *skin, int node)
+{
+    int most = 0;
+    for (int c = 1; c < NODE_CORNERS; c++)
+        if (skin->weight[node][c] > skin->weight[node][most])
+            most = c;
+    return skin->vertex[node][most];
+}
+
+int skin_node_count(const Skin *skin)
+{
+    return skin->node_count;
+}
+
 void skin_snapshot_rest(const Skin *skin, const Rows *rows, float *position)
 {
     for (long i = 0; i < skin->node_count; i++) {

@@ -23,6 +23,9 @@ Skin *skin_create(Body *body, const TriMesh *mesh, const Lattice *lattice, const
 // Writes the positions [m] and, unless NULL, velocities [m/s] of all nodes. Step thread.
 void skin_snapshot(const Skin *skin, const Rows *rows, const void *row, float *position,
                    float *velocity);
+// Returns the vertex that a node follows most.
+int skin_vertex(const Skin *skin, int node);
+int skin_node_count(const Skin *skin);
 // Writes their rest positions [m].
 void skin_snapshot_rest(const Skin *skin, const Rows *rows, float *position);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The operations of a voxel body (body/body.h). Step thread: no allocation, no lock.
 #include "voxel/cut/cut_body.h"
+#include "voxel/error.h"
 #include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/skin.h"
@@ -278,6 +279,7 @@ static const char *voxel_isa(const void *self)
     .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \
     .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,       \
     .gather_patch = voxel_gather_patch, .set = vertices_set, .get = vertices_get,                  \
+    .estimate = voxel_estimate, .snapshot_error = voxel_snapshot_error,                            \
     .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \

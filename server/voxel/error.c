@@ -1,0 +1,521 @@
+// SPDX-License-Identifier: MIT
+// Recovered against element strains (Zienkiewicz and Zhu 1987): a round collects at each vertex the
+// mean of the strains that its elements have in that corner, then compares it with them. Strains
+// are R^T F - 1, in the axes at rest, so that rotations of the body and of its parts do not count.
+#include "voxel/error.h"
+
+#include "voxel/fitted_body.h"
+#include "voxel/model.h"
+#include "voxel/rotation.h"
+#include "voxel/skin.h"
+
+#include <math.h>
+#include <string.h>
+
+// Relative error of the outer displacements over that of the energy, of the elements and of what
+// overlaps with tools (README.md, "Error of the elements").
+static const double BY_ELEMENTS = 1.3, BY_OVERLAP = 0.7;
+// Energy of an overlap over force and its greatest depth: 1/2 int p^2 / int p of a ball's pressure,
+// which falls as the root of 1 - s^2 to its edge (Hertz).
+static const double OVERLAP_SHARE = 0.375;
+// Least that is left of the terms of a tool's force, which cancel each other.
+static const double LEAST_LEFT = 0.1;
+// Reach of the surroundings of a tool [its radius and 1.5 edges of an element].
+static const double NEAR_TOOL = 2.0;
+
+// What a round does, one after the other.
+typedef enum ErrorPass { GATHER_STRAINS, COMPARE_STRAINS, MEASURE_MOTION, SHOW } ErrorPass;
+
+enum { STRAINS = 6 };                     // xx yy zz yz zx xy
+enum { ELEMENT_COST = 1, VERTICES = 16 }; // elements, and vertices that take as long
+
+// Sums over the corners of elements at a vertex. A corner weighs 1 / H, so that what elements of
+// two sizes have in their middles is interpolated to the vertex between them.
+typedef struct VertexError {
+    float strain[STRAINS];
+    float weight; // [1/m]
+    float defect; // energy per volume of the differences [J/m3], times weight
+} VertexError;
+
+typedef struct ErrorSums {
+    double energy, defect; // of all elements [J]
+    double near_energy[ERROR_TOOLS], near_defect[ERROR_TOOLS];
+    double square; // of the displacements of outer vertices, summed [m2]
+    int outer;
+    float largest; // defect at a vertex [J/m3]
+} ErrorSums;
+
+typedef struct VoxelError {
+    VertexError *vertex; // [capacity]
+    float *shown;        // [capacity] defect of the last complete round [J/m3]
+    float largest;       // of these
+    int used;            // vertices that ever were in use
+    // --- within a round ---
+    ErrorPass pass;
+    int next; // batch, hanging ones after the plain ones; or vertex, or published node
+    ErrorSums sums;
+} VoxelError;
+
+VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena)
+{
+    VoxelError *error = ALLOCATE(ARENA_OUTPUT, 1, VoxelError, "error");
+    error->vertex = ALLOCATE(ARENA_OUTPUT, capacity, VertexError, "recovered strains");
+    error->shown = ALLOCATE(ARENA_OUTPUT, capacity, float, "error by vertex");
+    return error;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Elements
+
+// One element, lengths over its edge.
+typedef struct ErrorElement {
+    int count;
+    int vertex[NODE_COUNT];           // corners first
+    unsigned char corner[NODE_COUNT]; // bit c: corner c is on the same edge or face, or the same
+    const ElementClass *by;
+    double f[3][3];          // F
+    Vec3 u[NODE_CORNERS];    // displacements of the corners
+    double mu, lambda, bend; // [Pa]; bend: of the residual, alpha k / H
+    double excess;           // share of the residual's energy that bending should not have
+    const double *last;      // rotation, see VoxelPass
+} ErrorElement;
+
+static void add_outer(double m[3][3], Vec3 a, Vec3 b)
+{
+    const double x[3] = {a.x, a.y, a.z}, y[3] = {b.x, b.y, b.z};
+    for (int k = 0; k < 9; k++)
+        m[k / 3][k % 3] += x[k / 3] * y[k % 3];
+}
+
+// Adds vertex `p` of an element with its area vector, over H^2.
+static void add_vertex(const Vertices *vertices, ErrorElement *e, int p, int vertex, Vec3 area)
+{
+    const Vec3 u = vec3_scale(1.0 / e->by->size,
+                              rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0));
+    e->vertex[p] = vertex;
+    if (p < NODE_CORNERS)
+        e->u[p] = u;
+    add_outer(e->f, u, area);
+}
+
+static void read_plain(const VoxelModel *model, const int *vertex, ErrorElement *e)
+{
+    e->count = NODE_CORNERS;
+    for (int p = 0; p < NODE_CORNERS; p++) {
+        const Vec3 area =
+            vec3(0.5 * (p & 1) - 0.25, 0.5 * (p >> 1 & 1) - 0.25, 0.5 * (p >> 2) - 0.25);
+        e->corner[p] = (unsigned char)(1 << p);
+        add_vertex(&model->vertices, e, p, vertex[p * LANES], area);
+    }
+}
+
+// Returns the corners among which a vertex is, from its place relative to corner 0 in edges.
+static unsigned char corners_around(Vec3 place)
+{
+    const double at[3] = {place.x, place.y, place.z};
+    unsigned corners = 0;
+    for (unsigned c = 0; c < NODE_CORNERS; c++) {
+        bool among = true;
+        for (int d = 0; d < 3; d++)
+            among = among && fabs(at[d] - (c >> d & 1)) < 0.75;
+        corners |= (unsigned)among << c;
+    }
+    return (unsigned char)corners;
+}
+
+static void read_hanging(const VoxelModel *model, const RestTable *table, int lane,
+                         const int *vertex, ErrorElement *e)
+{
+    const Rows *rows = &model->vertices.rows;
+    Vec3 first = {0.0, 0.0, 0.0};
+    for (int p = 0; p < table->count && vertex[p * LANES] != model->vertices.capacity; p++) {
+        double row[TABLE_ROW];
+        for (int k = 0; k < TABLE_ROW; k++) {
+            const long at = TABLE_HEAD + (long)p * TABLE_ROW + k;
+            row[k] =
+                rows_get(rows, table->number, at * table->stride + (table->stride > 1 ? lane : 0));
+        }
+        const Vec3 rest = vec3(row[4], row[5], row[6]);
+        if (p == 0)
+            first = rest;
+        e->corner[p] = corners_around(vec3_sub(rest, first));
+        add_vertex(&model->vertices, e, p, vertex[p * LANES], vec3(row[0], row[1], row[2]));
+        e->count++;
+    }
+}
+
+// Reads the element in a lane; false: none.
+static bool read_element(const VoxelModel *model, bool hanging, int batch, int lane,
+                         ErrorElement *e)
+{
+    const BatchRuns *runs = model->batches;
+    const int first = hanging ? runs->hanging.start[batch] : batch * NODE_CORNERS;
+    const int *vertex =
+        (hanging ? runs->hanging.vertex : runs->plain.vertex) + (long)first * LANES + lane;
+    if (vertex[0] == model->vertices.capacity)
+        return false;
+    const int which =
+        hanging ? runs->hanging.element_class[batch][lane] : runs->plain.element_class[batch];
+    *e = (ErrorElement){.f = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}},
+                        .by = &runs->classes[which]};
+    e->last = runs->last[batch + (hanging ? runs->plain.batch_count : 0)][lane];
+    e->bend = e->by->residual / e->by->size;
+    if (model->law == VOXEL_MIYAZAKI2004) {
+        e->mu = e->bend;
+        e->excess = 2.0 / 3.0; // alpha is 1 in place of 1/3
+    } else {
+        e->mu = e->by->mu;
+        e->lambda = e->by->lambda;
+    }
+    if (hanging)
+        read_hanging(model, &runs->tables[runs->hanging.table[batch]], lane, vertex, e);
+    else
+        read_plain(model, vertex, e);
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Strains
+
+// Strains of an element in its corners, and its energy per volume.
+typedef struct CornerStrain {
+    double at[NODE_CORNERS][STRAINS];
+    double energy, bending; // [J/m3]; `bending`: that of the residual
+} CornerStrain;
+
+static double energy_of(const ErrorElement *e, const double strain[STRAINS])
+{
+    double square = 0.0;
+    for (int k = 0; k < STRAINS; k++)
+        square += (k < 3 ? 1.0 : 2.0) * strain[k] * strain[k];
+    const double trace = strain[0] + strain[1] + strain[2];
+    return e->mu * square + 0.5 * e->lambda * trace * trace;
+}
+
+// Computes the uniform strain R^T F - 1, and R.
+static void uniform_strain(const ErrorElement *e, double strain[STRAINS], double r[3][3])
+{
+    enum { STEPS = 6 };
+    double trace, s[3][3];
+    if (!rotation_foam((const double(*)[3])e->f, STEPS, r, &trace)) {
+        Quat last = {e->last[0], e->last[1], e->last[2], e->last[3]};
+        rotation_fit((const double(*)[3])e->f, r, &last);
+    }
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            s[i][k] = r[0][i] * e->f[0][k] + r[1][i] * e->f[1][k] + r[2][i] * e->f[2][k];
+    for (int i = 0; i < 3; i++) {
+        const int p = (i + 1) % 3, q = (i + 2) % 3;
+        strain[i] = s[i][i] - 1.0;
+        strain[3 + i] = 0.5 * (s[p][q] + s[q][p]);
+    }
+}
+
+// Computes the bilinear part of the corners' displacements, turned back: a[i][m] s_p s_q along axis
+// i, m = p q being yz, zx, xy, or xyz, and s +-1 in the corners.
+static void bent_modes(const ErrorElement *e, const double r[3][3], double a[3][4])
+{
+    static const unsigned AXES[4] = {6, 5, 3, 7};
+    for (int m = 0; m < 4; m++) {
+        Vec3 sum = {0.0, 0.0, 0.0};
+        for (unsigned c = 0; c < NODE_CORNERS; c++) {
+            const bool odd = __builtin_popcount(~c & AXES[m]) % 2 != 0;
+            sum = vec3_madd(sum, odd ? -0.125 : 0.125, e->u[c]);
+        }
+        for (int i = 0; i < 3; i++)
+            a[i][m] = r[0][i] * sum.x + r[1][i] * sum.y + r[2][i] * sum.z;
+    }
+}
+
+// Computes the strain in the corners: the uniform one, and what the residual stands for. Stretches
+// vary as the corners' displacements say, and thin the other axes by Poisson's ratio, as in a bent
+// bar; of shear only what twists, since what else the corners show of it is bending, which the
+// element takes for what it is (README.md, "Bending and the factor alpha").
+static void corner_strains(const ErrorElement *e, CornerStrain *out)
+{
+    double strain[STRAINS], r[3][3], a[3][4], modes = 0.0;
+    uniform_strain(e, strain, r);
+    bent_modes(e, (const double(*)[3])r, a);
+    for (int k = 0; k < 12; k++)
+        modes += a[k / 4][k % 4] * a[k / 4][k % 4];
+    out->bending = 4.0 * e->bend * modes;
+    out->energy = energy_of(e, strain) + out->bending;
+    const double nu = e->lambda > 0.0 ? 0.5 * e->lambda / (e->lambda + e->mu) : 0.0;
+    for (int c = 0; c < NODE_CORNERS; c++) {
+        const double s[3] = {c & 1 ? 1.0 : -1.0, c & 2 ? 1.0 : -1.0, c & 4 ? 1.0 : -1.0};
+        double stretch[3];
+        for (int i = 0; i < 3; i++) {
+            const int p = (i + 1) % 3, q = (i + 2) % 3;
+            stretch[i] = 2.0 * (a[i][q] * s[p] + a[i][p] * s[q] + a[i][3] * s[p] * s[q]);
+        }
+        for (int i = 0; i < 3; i++) {
+            const int p = (i + 1) % 3, q = (i + 2) % 3;
+            out->at[c][i] = strain[i] + stretch[i] - nu * (stretch[p] + stretch[q]);
+            out->at[c][3 + i] = strain[3 + i] + (a[p][p] + a[q][q]) * s[i];
+        }
+    }
+}
+
+static void gather(VoxelError *error, const ErrorElement *e)
+{
+    CornerStrain strain;
+    corner_strains(e, &strain);
+    const float weight = (float)(1.0 / e->by->size);
+    for (int p = 0; p < e->count; p++) {
+        VertexError *to = &error->vertex[e->vertex[p]];
+        for (unsigned c = 0; c < NODE_CORNERS; c++) {
+            if (!(e->corner[p] >> c & 1))
+                continue;
+            for (int k = 0; k < STRAINS; k++)
+                to->strain[k] += weight * (float)strain.at[c][k];
+            to->weight += weight;
+        }
+    }
+}
+
+// Returns the energy per volume of the difference between recovered and own strains, both trilinear
+// between the corners.
+static double defect_of(const VoxelError *error, const ErrorElement *e, const CornerStrain *own)
+{
+    double mode[NODE_CORNERS][STRAINS] = {{0.0}}, sum = 0.0;
+    for (unsigned c = 0; c < NODE_CORNERS; c++) {
+        const VertexError *at = &error->vertex[e->vertex[c]];
+        // A vertex that came within this round knows nothing.
+        if (!(at->weight > 0.0F))
+            continue;
+        for (int k = 0; k < STRAINS; k++) {
+            const double d = (double)(at->strain[k] / at->weight) - own->at[c][k];
+            for (unsigned m = 0; m < NODE_CORNERS; m++)
+                mode[m][k] += __builtin_popcount(c & m) % 2 != 0 ? -0.125 * d : 0.125 * d;
+        }
+    }
+    // The mean square of a product of n coordinates from -1 to 1 is 3^-n.
+    static const double SHARE[4] = {1.0, 1.0 / 3.0, 1.0 / 9.0, 1.0 / 27.0};
+    for (unsigned m = 0; m < NODE_CORNERS; m++)
+        sum += SHARE[__builtin_popcount(m)] * energy_of(e, mode[m]);
+    return sum;
+}
+
+// Returns the factor of the energies of an element that stiffens.
+static double stiffened(const VoxelModel *model, const ErrorElement *e, double energy)
+{
+    if (model->stiffening == NULL)
+        return 1.0;
+    const double scale = element_energy_scale(e->mu, e->lambda, model->stiffening->strain);
+    return stiffening_factor(&model->stiffening->curve, energy / scale);
+}
+
+// `tool`: in the rows' coordinates.
+static void compare(const VoxelModel *model, const ErrorQuestion *question, const Vec3 *tool,
+                    const ErrorElement *e)
+{
+    VoxelError *error = model->error;
+    ErrorSums *sums = &error->sums;
+    const double size = e->by->size, volume = size * size * size;
+    CornerStrain own;
+    corner_strains(e, &own);
+    const double factor =
+        model->vertices.parameters->stiffness_scale * stiffened(model, e, own.energy);
+    const double energy = factor * own.energy;
+    const double defect = factor * (defect_of(error, e, &own) + e->excess * own.bending);
+    sums->energy += volume * energy;
+    sums->defect += volume * defect;
+    for (int p = 0; p < e->count; p++)
+        error->vertex[e->vertex[p]].defect +=
+            (float)(defect * __builtin_popcount(e->corner[p]) / size);
+    // Around the tools.
+    const Rows *rows = &model->vertices.rows;
+    const void *row = vertices_row(&model->vertices);
+    const Vec3 middle =
+        vec3_scale(0.5, vec3_add(rows_local(rows, row, e->vertex[0]),
+                                 rows_local(rows, row, e->vertex[NODE_CORNERS - 1])));
+    for (int t = 0; t < question->tool_count; t++) {
+        const double reach = NEAR_TOOL * (question->size[t] + 1.5 * size);
+        if (vec3_length(vec3_sub(middle, tool[t])) > reach)
+            continue;
+        sums->near_energy[t] += volume * energy;
+        sums->near_defect[t] += volume * defect;
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// A round
+
+// Goes through the batches in use from number `next` on, hanging ones after the plain ones. True
+// when there is none left.
+static bool through_elements(const VoxelModel *model, const ErrorQuestion *question, int *budget)
+{
+    VoxelError *error = model->error;
+    const BatchRuns *runs = model->batches;
+    Vec3 tool[ERROR_TOOLS];
+    for (int t = 0; t < question->tool_count; t++) {
+        const Region there = {
+            .kind = REGION_CAPSULE, .from = question->tool[t], .to = question->tool[t]};
+        tool[t] = rows_region(&model->vertices.rows, &there).from;
+    }
+    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
+        const BatchRun run = runs->run[k];
+        const bool hanging = k >= runs->run_end[BATCH_PLAIN][1];
+        const int before = hanging ? runs->plain.batch_count : 0;
+        if (error->next < before + run.first)
+            error->next = before + run.first;
+        for (; error->next < before + run.first + run.count; error->next++) {
+            if (*budget <= 0)
+                return false;
+            ErrorElement e;
+            for (int lane = 0; lane < LANES; lane++)
+                if (read_element(model, hanging, error->next - before, lane, &e)) {
+                    if (error->pass == GATHER_STRAINS)
+                        gather(error, &e);
+                    else
+                        compare(model, question, tool, &e);
+                }
+            *budget -= LANES;
+        }
+    }
+    return true;
+}
+
+// Returns the vertex of a published node.
+static int vertex_of_node(const VoxelModel *model, int node)
+{
+    const FittedBody *fitted = model->fitted;
+    return fitted != NULL ? fitted->vertex[fitted->fit.row[node]] : model->node[node];
+}
+
+// Adds the displacements of the outer vertices: of bodies that can be cut those of published nodes.
+static bool through_outer(const VoxelModel *model, int *budget)
+{
+    VoxelError *error = model->error;
+    const int count = model->cuts != NULL ? (int)*model->node_count : model->surface_count;
+    const int end = (int)fmin(count, error->next + (double)VERTICES * *budget);
+    *budget -= (end - error->next) / VERTICES + 1;
+    for (; error->next < end; error->next++) {
+        const int v = model->cuts != NULL ? vertex_of_node(model, error->next) : error->next;
+        if (!(error->vertex[v].weight > 0.0F)) // it has no element
+            continue;
+        const Vec3 u = rows_vector(&model->vertices.rows, vertices_row(&model->vertices), v, 0);
+        error->sums.square += vec3_dot(u, u);
+        error->sums.outer++;
+    }
+    return error->next >= count;
+}
+
+// Keeps what is shown, and clears the vertices for the next round.
+static bool through_vertices(const VoxelModel *model, int *budget)
+{
+    VoxelError *error = model->error;
+    if (error->used < model->vertices.count)
+        error->used = model->vertices.count;
+    const int end = (int)fmin(error->used, error->next + (double)VERTICES * *budget);
+    *budget -= (end - error->next) / VERTICES + 1;
+    for (; error->next < end; error->next++) {
+        VertexError *at = &error->vertex[error->next];
+        const float shown = at->weight > 0.0F ? at->defect / at->weight : 0.0F;
+        error->shown[error->next] = shown;
+        error->sums.largest = shown > error->sums.largest ? shown : error->sums.largest;
+        *at = (VertexError){.weight = 0.0F};
+    }
+    return error->next >= error->used;
+}
+
+// Goes on with a pass; true when it is complete.
+static bool go_on(const VoxelModel *model, const ErrorQuestion *question, int *budget)
+{
+    switch (model->error->pass) {
+    case MEASURE_MOTION:
+        return through_outer(model, budget);
+    case SHOW:
+        return through_vertices(model, budget);
+    default:
+        return through_elements(model, question, budget);
+    }
+}
+
+// Energies of the contact of a tool [J].
+typedef struct ContactDefect {
+    double overlap; // in the springs between tool and faces, which a stiffer contact would not have
+    double chord;   // by which flat faces push themselves into the ball between their corners
+} ContactDefect;
+
+static ContactDefect contact_defect(const VoxelModel *model, const ErrorQuestion *question, int t)
+{
+    if (question->depth == NULL || !(question->depth[t] > 0.0) || !(question->size[t] > 0.0))
+        return (ContactDefect){0.0, 0.0};
+    const double edge = model->vertices.rows.longest_edge, force = vec3_length(question->force[t]);
+    return (ContactDefect){OVERLAP_SHARE * force * question->depth[t],
+                           force * edge * edge / (6.0 * question->size[t])};
+}
+
+// Returns the relative error of the force on a tool: that of the energy around it.
+static double force_error(const VoxelModel *model, const ErrorQuestion *question, int t)
+{
+    const ErrorSums *sums = &model->error->sums;
+    const ContactDefect contact = contact_defect(model, question, t);
+    const double all = sums->near_energy[t] + contact.overlap;
+    if (!(all > 0.0))
+        return 0.0;
+    // Elements and contact give way too much, chords too little.
+    const double sum = sums->near_defect[t] + contact.overlap + contact.chord;
+    const double left = sums->near_defect[t] + contact.overlap - contact.chord;
+    return hypot(left, LEAST_LEFT * sum) / all;
+}
+
+// Computes the answer from the sums of a round.
+static void conclude(const VoxelModel *model, const ErrorQuestion *question, BodyError *out)
+{
+    const ErrorSums *sums = &model->error->sums;
+    *out = (BodyError){.displacement = 0.0};
+    double overlap = 0.0;
+    for (int t = 0; t < question->tool_count; t++) {
+        overlap += contact_defect(model, question, t).overlap;
+        out->force[t] = force_error(model, question, t);
+    }
+    const double all = sums->energy + overlap;
+    if (all > 0.0)
+        out->relative = hypot(BY_ELEMENTS * sums->defect, BY_OVERLAP * overlap) / all;
+    if (sums->outer > 0)
+        out->displacement = out->relative * sqrt(sums->square / sums->outer);
+}
+
+bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyError *out)
+{
+    const VoxelModel *model = self;
+    VoxelError *error = model->error;
+    if (error == NULL)
+        return false;
+    while (budget > 0) {
+        if (!go_on(model, question, &budget))
+            return false;
+        error->next = 0;
+        if (error->pass != SHOW) {
+            error->pass++;
+            continue;
+        }
+        conclude(model, question, out);
+        error->largest = error->sums.largest;
+        error->pass = GATHER_STRAINS;
+        error->sums = (ErrorSums){.outer = 0};
+        return true;
+    }
+    return false;
+}
+
+// By the root, as strains go.
+static unsigned char share_of(const VoxelError *error, int vertex)
+{
+    const float most = error->largest;
+    return most > 0.0F ? (unsigned char)lrintf(255.0F * sqrtf(error->shown[vertex] / most)) : 0;
+}
+
+void voxel_snapshot_error(const void *self, unsigned char *share)
+{
+    const VoxelModel *model = self;
+    const VoxelError *error = model->error;
+    const int count = model->skin != NULL ? skin_node_count(model->skin) : (int)*model->node_count;
+    for (int i = 0; i < count; i++) {
+        const int vertex =
+            model->skin != NULL ? skin_vertex(model->skin, i) : vertex_of_node(model, i);
+        share[i] = error == NULL ? 0 : share_of(error, vertex);
+    }
+}
