@@ -76,6 +76,13 @@ export function restMessage(body, topology, position, texture) {
     return data;
 }
 
+export function errorMapMessage(body, topology, share) {
+    const data = new ArrayBuffer(24 + share.length);
+    new Uint32Array(data, 0, 6).set([5, body, topology, share.length, 0, 0]);
+    new Uint8Array(data, 24).set(share);
+    return data;
+}
+
 /** `nodes`: null, or {outer, inner}, three bytes a node. */
 export function lookMessage(body, topology, n, color, inside, nodes = null) {
     const data = new Uint8Array(30 + (nodes ? 6 * n : 0));

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
 import { change, middle, PATIENCE, picture, setting, until, untilShown } from './live.mjs';
-import { icoSphere, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
+import { errorMapMessage, icoSphere, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
 
 const { page: folder, out } = setting();
 const options = { timeout: 3 * PATIENCE };
@@ -564,6 +564,79 @@ test('the_ledger_shows_amounts_and_regions_that_were_not_kept', options, async (
     session.text({ ...SCENE, name: 'another' });
     await session.round();
     assert(await page.locator('#ledger').evaluate((node) => node.hidden));
+});
+
+test('errors_are_figures_in_the_panel_and_bars_beside_the_forces', options, async () => {
+    const probe = { id: 4, kind: 'probe', max_force: 2, capsules: [{ from: [0, 0, 0], to: [0, 0, 0], radius: 0.005 }] };
+    const errors = { type: 'errors', step: 9, time: 0.009,
+        body: [{ name: 'ball', space: 1.2e-4, steps: 1e-6, total: 1.21e-4, relative: 0.034, age: 24 },
+            { name: '<b>skin', space: -1, steps: -1, total: -1, relative: -1, age: -1 }],
+        tool: [{ tool: 4, force: 0.5, error: 0.06, share: 0.12 }] };
+    const contact = { type: 'contact', tools: [{ tool: 4, contact: true, position: [0, -0.052, 0], force: [0, -0.5, 0],
+        torque: [0, 0, 0], point: [0, -0.05, 0], normal: [0, -1, 0], depth: 0.003, pose_utime: 1, utime: 1 }] };
+    await open({ what: { ...SCENE, tools: [probe] } });
+    assert(await page.locator('#errors').evaluate((node) => node.hidden));
+    const rows = (id) => page.locator(`#${id} tr`).evaluateAll((lines) => lines.map((line) =>
+        [...line.children].map(({ textContent }) => textContent).join(' | ')));
+    session.text(errors);
+    session.text(contact);
+    await session.round();
+    assert.deepEqual(await rows('errors-bodies'), ['ball | 0.12 mm | 3.4 %', '<b>skin | ? | ?']);
+    assert.deepEqual(await rows('errors-tools'), ['probe 4 | 0.50 N |  | ± 0.060 N, 12 %']);
+    const bar = page.locator('#errors-tools .error-bar');
+    assert.equal(await bar.evaluate((node) => node.style.getPropertyValue('--error')), '12.0%');
+    assert(await bar.evaluate((node) => node.classList.contains('warm')));
+    const label = page.locator('.newtons');
+    await until('the label has it', async () => (await label.textContent()) === '0.50 N ± 0.060 N, 12 %');
+    assert(await label.locator('.error-bar').isVisible());
+    await page.screenshot({ path: join(out, 'errors.png') });
+    // What is not known has no bar; a tool that is not listed has no error.
+    Object.assign(errors.tool[0], { error: -1, share: -1 });
+    session.text(errors);
+    contact.tools[0].force = [0, -0.6, 0];
+    contact.tools[0].utime = 2;
+    session.text(contact);
+    await session.round();
+    assert.deepEqual(await rows('errors-tools'), ['probe 4 | 0.50 N |  | ?']);
+    await until('the label has none', async () => (await label.textContent()) === '0.60 N');
+    assert(!await label.locator('.error-bar').isVisible());
+    session.text({ ...SCENE, name: 'another' });
+    await session.round();
+    assert(await page.locator('#errors').evaluate((node) => node.hidden));
+});
+
+test('a_body_is_coloured_by_its_error_where_that_is_told', options, async () => {
+    await open();
+    const option = page.locator('#error-colours');
+    assert(await option.evaluate((node) => node.hidden && node.disabled));
+    const before = await picture(page);
+    // The upper half errs.
+    const share = Uint8Array.from({ length: COUNT }, (_, i) => (ball.position[3 * i + 2] > 0 ? 255 : 0));
+    session.binary(errorMapMessage(0, 1, share));
+    session.binary(errorMapMessage(0, 1, share).slice(0, 40)); // cut off
+    await session.round();
+    assert.equal(await page.evaluate(() => window.pliant.link.refused), 1);
+    assert(!await option.evaluate((node) => node.hidden));
+    assert(change(await picture(page), before) < 1, 'only if it is chosen');
+    await page.selectOption('#colouring', '3');
+    const coloured = await picture(page);
+    assert(change(coloured, before) > SEEN);
+    assert(await page.locator('#error-legend').isVisible());
+    await page.screenshot({ path: join(out, 'error-map.png') });
+    // Another map is another picture, one of another mesh is not; the mesh may change before the next map comes.
+    session.binary(errorMapMessage(0, 1, share.map((value) => 255 - value)));
+    await session.round();
+    const turned = await picture(page);
+    assert(change(turned, coloured) > SEEN);
+    session.binary(meshMessage(0, 2, ball));
+    session.binary(nodesMessage(0, 2, ball.position));
+    await session.round();
+    assert(change(await picture(page), turned) < 1, 'nodes keep their share');
+    // Of a scene that tells none the choice goes.
+    session.text({ ...SCENE, name: 'another' });
+    await session.round();
+    assert.equal(await page.locator('#colouring').inputValue(), '0');
+    assert(await option.evaluate((node) => node.hidden));
 });
 
 test('nothing_failed_in_the_page', options, () => {

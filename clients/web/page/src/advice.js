@@ -21,7 +21,7 @@ const STAGES = {
     cut: 'a shorter or slower stroke', reconstruct: 'a smaller split_budget, or fewer levels around cuts',
     adapt: 'fewer levels, or higher thresholds (adapt_force, adapt_speed, adapt_curvature)',
     grasp: 'a smaller ball of jaws', stiffness: 'contact_stiffness = false',
-    estimate: 'without the error estimate (estimate_error = false)', snapshot: 'a lower publish.nodes_hz',
+    estimate: 'without the error estimate (estimate_error = false)', error: 'without errors (publish.error_hz = 0)', snapshot: 'a lower publish.nodes_hz',
 };
 const ELSEWHERE = 'give the server a quiet processor and real-time priority (config/SERVICE.md)';
 const MUCH = 0.5; // of the time that a tick has, in its stages: less cannot make it late

@@ -5,11 +5,12 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
     LineSegments, Mesh, Points, PointsMaterial } from 'three';
 import { colourOf, Colours } from './colours.js';
+import { ErrorMap } from './errors.js';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addLitNormals, addNormals, boxOf, findMates, isClosed, joinNormals, markInner, seamEdges } from './normals.js';
 import { RestShape } from './rest_shape.js';
 import { Seam } from './seam.js';
-import { AT_CUT, KIND, colourTissue, tissueMaterial } from './tissue.js';
+import { AT_CUT, COLOUR, KIND, colourTissue, look, tissueMaterial } from './tissue.js';
 
 const FOLD = 0.04;     // of its size: a fold with this radius of curvature is in shade
 const SINK = 0.4;     // of a mean edge: so much deeper walls of cuts count, or the closed ones show in front of the surface
@@ -74,6 +75,8 @@ export class Body {
         this.edge = 0;        // mean [m]
         this.colours = new Colours();
         this.tint = colourOf(name); // without a look
+        this.errorMap = new ErrorMap();
+        this.errorsOld = false; // what is drawn is of an older map or mesh
         this.imageName = '';  // of an image beside the scene,
         this.beside = null;   // once it is loaded
         this.group = new Group();
@@ -285,6 +288,22 @@ export class Body {
         return true;
     }
 
+    /** Where the error is. */
+    takeErrorMap(message) {
+        this.errorMap.take(message);
+        this.errorsOld = true;
+    }
+
+    // Only while they are shown.
+    fillErrors() {
+        const { n, twin, look } = this, share = new Uint8Array(n);
+        this.errorsOld = false;
+        this.errorMap.fill(this.mesh, share);
+        for (let i = 0; i < n + twin.length; i++) look[4 * i + 3] = share[i < n ? i : twin[i - n]];
+        this.halve(look, 4);
+        this.surface.geometry.attributes.look.needsUpdate = true;
+    }
+
     // An image that the scene names is put on when it is loaded; without it the colour stays.
     findImage(name) {
         if (!name || name === this.imageName) return;
@@ -299,6 +318,7 @@ export class Body {
     colour() {
         const { message } = this.colours;
         if (this.colours.vary) this.fillColours();
+        this.errorsOld = this.errorMap.message !== null;
         colourTissue(this.surface.material, { outside: message?.color ?? this.tint, inside: message?.inside,
             vary: this.colours.vary, own: this.own, model: this.model });
     }
@@ -392,6 +412,7 @@ export class Body {
         this.edges.visible = wireframe;
         this.anchors.visible = this.springs.visible = springs;
         if (wireframe && !this.edgesValid) this.findEdges();
+        if (this.errorsOld && this.dressed && look.colouring === COLOUR.ERROR) this.fillErrors();
         if (this.moved) {
             addLitNormals(this.index, this.m, this.position, this.normal, this.bend, FOLD * this.size());
             joinNormals(this.mates, this.position, this.normal, SINK * this.edge);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Turns binary messages into views of their numbers: copies nothing, checks everything.
 
-const MESH = 1, NODES = 2, REST = 3, LOOK = 4;
+const MESH = 1, NODES = 2, REST = 3, LOOK = 4, ERROR_MAP = 5;
 const NODES_MAX = 4e6, TRIANGLES_MAX = 8e6;
 
 /** The message as {kind, body, topology, n, ...}, or null: not as clients/web/protocol.md says. */
@@ -19,6 +19,7 @@ export function decode(buffer) {
     if (kind === MESH) return mesh(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
     if (kind === LOOK) return look(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
+    if (kind === ERROR_MAP) return errorMap(message, buffer);
     return null;
 }
 
@@ -73,5 +74,12 @@ function look(message, buffer, varies, name) {
     message.outer = varies ? new Uint8Array(buffer, 30, 3 * n) : null; // of nodes
     message.inner = varies ? new Uint8Array(buffer, 30 + 3 * n, 3 * n) : null;
     message.texture = new TextDecoder().decode(new Uint8Array(buffer, 30 + 6 * n, name));
+    return message;
+}
+
+function errorMap(message, buffer) {
+    if (buffer.byteLength !== 24 + message.n) return null;
+    message.kind = 'error map';
+    message.share = new Uint8Array(buffer, 24, message.n); // 0 to 255 of the largest
     return message;
 }

@@ -4,6 +4,7 @@
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
 import { Capture } from './capture.js';
+import { Errors } from './errors.js';
 import { Forces } from './forces.js';
 import { Hand } from './hand.js';
 import { isIdleCut } from './knife.js';
@@ -16,7 +17,7 @@ import { Settings } from './settings.js';
 import { Stage, boxOfAll } from './stage.js';
 import { Timeline } from './timeline.js';
 import { Tools } from './tools.js';
-import { applyLook, drawnTissue, look } from './tissue.js';
+import { applyLook, COLOUR, drawnTissue, look } from './tissue.js';
 
 const HINTS = {
     press: 'Drag on tissue: press (wheel: depth) · Shift: cut · Ctrl: pull · empty space or right button: turn',
@@ -68,6 +69,7 @@ const stage = new Stage(element('picture'), beforeDraw,
     { above: document.querySelector('header'), below: element('foot') });
 const tools = new Tools(stage, element('labels'));
 const ledger = new Ledger();
+const errors = new Errors();
 const panel = new Panel({
     command: (kind) => link.request({ type: 'command', kind, value: kind === 'step' ? 1 : 0, argument: '' }),
     mode: (mode) => {
@@ -148,8 +150,21 @@ function takeBinary(message) {
     if (!body) return;
     if (message.kind === 'mesh') body.takeMesh(message);
     else if (message.kind === 'rest') body.takeRest(message);
+    else if (message.kind === 'error map') takeErrorMap(body, message);
     else if (message.kind === 'look') toolsChanged = body.takeLook(message) || toolsChanged;
     else body.takeNodes(message);
+}
+
+function takeErrorMap(body, message) {
+    body.takeErrorMap(message);
+    panel.takeErrorMap(true);
+    toolsChanged ||= look.colouring === COLOUR.ERROR;
+}
+
+function takeErrors(message) {
+    errors.take(message, new Map(tools.list.map(({ id, title }) => [id, title])));
+    tools.takeErrors(message.tool);
+    changed();
 }
 
 function takeText(message) {
@@ -165,6 +180,7 @@ function takeText(message) {
         workbench.takeRate(60 * published * bodies.reduce((sum, { n }) => sum + NODE_BYTES * n + BODY_BYTES, 0));
         return panel.takeStatus(message);
     case 'ledger': return ledger.take(message);
+    case 'errors': return takeErrors(message);
     case 'recording': return timeline.takeRecording(message);
     case 'playback': return takePlayback(message);
     case 'pose': for (const pose of message.tools) if (tools.takePose(pose, now)) changed(); return undefined;
@@ -292,6 +308,8 @@ function takeScene(scene) {
     published = Number(/^publish on .*: nodes (\S+) Hz/m.exec(scene.describe)?.[1] ?? 0);
     panel.takeScene(scene);
     ledger.clear();
+    errors.clear();
+    panel.takeErrorMap(false);
     panel.hint(whatDragsDo());
     fitted = false;
     document.body.classList.remove('empty');

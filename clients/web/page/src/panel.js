@@ -3,7 +3,7 @@
 
 import { lateAdvice, newRefusals } from './advice.js';
 import { Chart } from './charts.js';
-import { LEVELS } from './tissue.js';
+import { COLOUR, ERRORS, LEVELS } from './tissue.js';
 import { figure, lengthText, timesText } from './units.js';
 
 const EVENTS_SHOWN = 60;
@@ -39,6 +39,8 @@ export class Panel {
         element('panel-button').addEventListener('click', () => this.fold());
         document.addEventListener('keydown', (event) => this.key(event));
         this.fold(innerWidth >= 820 && innerHeight >= 480);
+        element('error-legend').style.setProperty('--colours',
+            ERRORS.map((hex) => `#${hex.toString(16).padStart(6, '0')}`).join(', '));
         this.takeLevels(0);
     }
 
@@ -60,6 +62,16 @@ export class Panel {
             field.style.background = `#${hex.toString(16).padStart(6, '0')}`;
             return field;
         }));
+    }
+
+    /** Whether bodies tell where their error is: then it can be shown. */
+    takeErrorMap(known) {
+        const option = element('error-colours');
+        if (option.hidden !== known) return;
+        option.hidden = option.disabled = !known;
+        if (known || Number(element('colouring').value) !== COLOUR.ERROR) return;
+        element('colouring').value = String(COLOUR.TISSUE);
+        this.changed();
     }
 
     key(event) {
@@ -91,7 +103,8 @@ export class Panel {
         set('depth-text', lengthText(settings.depth * this.size));
         set('speed-text', `${figure(1000 * settings.speed * this.size, 0)} mm/s`);
         const colouring = number('colouring');
-        element('legend').hidden = colouring !== 1;
+        element('legend').hidden = colouring !== COLOUR.LEVEL;
+        element('error-legend').hidden = colouring !== COLOUR.ERROR;
         this.on.look({ colouring, wireframe: checked('wireframe'), springs: checked('springs'),
             lips: checked('lips'), threshold: checked('red') ? Math.max(threshold, 1e-9) : 0 });
     }

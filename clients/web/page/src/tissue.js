@@ -4,7 +4,7 @@
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
     ShaderMaterial, SRGBColorSpace, Vector4 } from 'three';
 
-export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2 };
+export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2, ERROR: 3 };
 /** Level 0, 1, ...: from calm to warm; also the legend's. */
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
 /** What a wall of tissue is: in the fourth number of a node's `info`. */
@@ -14,6 +14,8 @@ export const AT_CUT = 4;
 // The drawn texture is a little darker than white.
 const GRAIN = 1.35;
 const CAPSULES = 4; // of tools that shade tissue
+/** From no error to the largest of the body. */
+export const ERRORS = [0x31447a, 0x35608c, 0x3f8190, 0x66a07c, 0xb0b45c, 0xe3a83f, 0xe0703a, 0xcf3434];
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
 // What both shaders know. LIT_AT_NODES, for software rendering of fine meshes: light is computed at nodes, and a fragment
@@ -67,7 +69,7 @@ vec3 innerColour(vec3 base) { return mix(base, inside, 0.75); }
 
 const vertexShader = /* glsl */ `
 attribute vec3 rest;
-attribute vec4 look; // colour of the node, sRGB
+attribute vec4 look; // colour of the node, sRGB, and its share of the error
 attribute vec4 info; // level, piece, at a cut, kind of wall: KIND
 uniform vec3 tissue, flesh, palette[8];
 uniform float grain, sink; // sink: of walls of cuts [m], body.js
@@ -104,7 +106,13 @@ void main() {
         gl_Position.z = (projectionMatrix[2].z * deeper + projectionMatrix[3].z) / -deeper * gl_Position.w;
     }
 #ifdef COLOURED
+#if COLOURED == 3
+    float at = 7.0 * look.w;
+    int below = min(int(at), 6);
+    vColour = mix(palette[below], palette[below + 1], at - float(below));
+#else
     vColour = palette[COLOURED == 1 ? min(int(info.x), 7) : int(info.y) & 7];
+#endif
 #elif defined(NODE_COLOURS)
     vec3 own = look.rgb * look.rgb; // approximately linear
     vColour = kind < 0.5 ? ${GRAIN} * own : kind < 1.5 ? innerColour(${GRAIN} * own) : own;
@@ -210,7 +218,7 @@ void main() {
 }`;
 
 const colours = (list) => list.map((hex) => new Color(hex));
-const levelColours = colours(LEVELS), pieceColours = colours(PIECES);
+const palettes = { [COLOUR.LEVEL]: colours(LEVELS), [COLOUR.PIECE]: colours(PIECES), [COLOUR.ERROR]: colours(ERRORS) };
 
 /** What the switches and the link say, for all bodies. */
 export const look = { colouring: COLOUR.TISSUE, threshold: 0, lips: false, silent: false };
@@ -247,7 +255,7 @@ export function applyLook(material) {
     const simple = !look.colouring && !(look.threshold > 0) && !look.lips && !look.silent;
     set('RIM', simple && material.userData.rim ? 1 : undefined);
     set('LIT_AT_NODES', simple && !material.userData.rim && material.userData.fine ? 1 : undefined);
-    material.uniforms.palette.value = look.colouring === COLOUR.PIECE ? pieceColours : levelColours;
+    material.uniforms.palette.value = palettes[look.colouring] ?? palettes[COLOUR.LEVEL];
 }
 
 /**
@@ -264,7 +272,7 @@ export function tissueMaterial({ model, grain, image, own, plain, fine }) {
         vertexShader, fragmentShader, side: DoubleSide, defines,
         polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
         uniforms: {
-            threshold, capsule, palette: { value: levelColours },
+            threshold, capsule, palette: { value: palettes[COLOUR.LEVEL] },
             tissue: { value: new Color(1, 1, 1) }, // an image has its own colours
             inside: { value: new Color(0x9a6a48) },
             flesh: { value: new Color(0xb3261f) },

@@ -2,6 +2,7 @@
 // Tools at their positions, and the forces on them.
 
 import { Group, Quaternion, Vector3 } from 'three';
+import { drawBar, forceError } from './errors.js';
 import { buildInstrument, forceArrow } from './instruments.js';
 import { shadeTissue } from './tissue.js';
 
@@ -31,6 +32,7 @@ class Tool {
         this.contact = null;
         this.contactAt = -Infinity;
         this.force = 0;                // [N] last reported
+        this.error = null;             // of it, as forceError says; null: not known
         this.shownForce = 0;           // [N] of the last frame
         this.touching = false;
         this.grip = 0;
@@ -82,6 +84,7 @@ export class Tools {
             tool.label = document.createElement('span');
             tool.label.className = 'newtons';
             tool.label.hidden = true;
+            tool.label.append(tool.newtons = document.createElement('span'), tool.bar = document.createElement('span'));
             this.labels.append(tool.label);
             this.group.add(tool.group, tool.arrow);
         }
@@ -123,6 +126,14 @@ export class Tools {
             (tool.kind !== 'static' && !this.isNear(tool.group.position, contact.position));
     }
 
+    /** Errors of forces; those of tools that are not listed are not known. */
+    takeErrors(list) {
+        for (const tool of this.list) {
+            const of = list.find(({ tool: id }) => id === tool.id);
+            tool.error = of ? forceError(of) : null;
+        }
+    }
+
     /** Before a frame; `figures`: also what the labels say. */
     prepare(now, figures) {
         for (const tool of this.list) {
@@ -154,7 +165,7 @@ export class Tools {
         tool.shownForce = tool.force;
         if (tool.label.hidden === shown) tool.label.hidden = !shown;
         if (!shown) return;
-        const { contact, arrow, label } = tool;
+        const { contact, arrow, label } = tool; // the label has the newtons and the bar of their error
         const length = this.stage.size * (0.09 + 0.30 * Math.min(tool.force / tool.maxForce, 1));
         this.direction.fromArray(contact.force).normalize();
         const held = Math.hypot(...contact.point) === 0 && Math.hypot(...contact.normal) === 0;
@@ -166,9 +177,11 @@ export class Tools {
         this.stage.onScreen(this.origin, this.screen);
         label.style.transform =
             `translate(${Math.round(this.screen.x + 8)}px, ${Math.round(this.screen.y - 10)}px)`;
-        if (!figures && label.textContent) return;
-        const text = `${tool.force.toFixed(2)} N`;
-        if (label.textContent !== text) label.textContent = text;
+        if (!figures && tool.newtons.textContent) return;
+        const text = `${tool.force.toFixed(2)} N${tool.error ? ` ${tool.error.text}` : ''}`;
+        if (tool.newtons.textContent === text) return;
+        tool.newtons.textContent = text;
+        drawBar(tool.bar, tool.error);
     }
 
     /** True if something is shown of a tool that has fallen silent: then another frame is due. */
