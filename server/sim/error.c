@@ -44,6 +44,7 @@ struct ErrorRounds {
     Vec3 place[ERROR_TOOLS];
     double size[ERROR_TOOLS];
     Vec3 force[ERROR_TOOLS];
+    double depth[ERROR_TOOLS];
 };
 
 ErrorRounds *errors_create(int body_count, double tick, double hz, Arena *arena)
@@ -81,44 +82,50 @@ static double radius_of(const ToolOptions *tool)
     return most;
 }
 
-// Adds up the force that a body exerts on each tool in the last tick, by contact and by a grasp,
-// and sets where each touches.
-static void find_forces(const Sim *sim, int b, Vec3 force[SIM_TOOLS], Vec3 place[SIM_TOOLS])
+// What a body and a tool do to each other in the last tick.
+typedef struct Touching {
+    Vec3 force;   // on the tool, by contact and by a grasp [N]
+    Vec3 place;   // [m]; valid with a force
+    double depth; // of the tool in faces [m]
+} Touching;
+
+static void find_touching(const Sim *sim, int b, Touching tool[SIM_TOOLS])
 {
-    for (int t = 0; t < sim->tool_count; t++)
-        force[t] = (Vec3){0.0, 0.0, 0.0};
+    memset(tool, 0, (size_t)sim->tool_count * sizeof *tool);
     for (int k = sim->contact_start[b]; k < sim->contact_start[b + 1]; k++) {
         const ContactSums *sums = contact_sums(sim->contact[k]);
-        const int t = sim->contact_tool[k];
+        Touching *by = &tool[sim->contact_tool[k]];
         if (!contact_is_near(sim->contact[k]) || !(sums->weight > 0.0))
             continue;
-        force[t] = vec3_madd(force[t], 1.0 / sim->tick, sums->impulse);
-        place[t] = vec3_scale(1.0 / sums->weight, sums->point);
+        by->force = vec3_madd(by->force, 1.0 / sim->tick, sums->impulse);
+        by->place = vec3_scale(1.0 / sums->weight, sums->point);
+        by->depth = fmax(by->depth, sums->depth);
     }
     for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++) {
         const int t = attachment_options(sim->attachment[k])->tool;
         if (t < 0 || !attachment_is_holding(sim->attachment[k]))
             continue;
         const ContactSums *sums = attachment_sums(sim->attachment[k]);
-        force[t] = vec3_madd(force[t], 1.0 / sim->tick, sums->impulse);
-        place[t] = sim->motion[t].end_position;
+        tool[t].force = vec3_madd(tool[t].force, 1.0 / sim->tick, sums->impulse);
+        tool[t].place = sim->motion[t].end_position;
     }
 }
 
 // Asks for the tools that touch the body now. A plane has no radius, and is not asked for.
 static void ask(ErrorRounds *errors, const Sim *sim, int b)
 {
-    Vec3 force[SIM_TOOLS], place[SIM_TOOLS];
-    find_forces(sim, b, force, place);
+    Touching tool[SIM_TOOLS];
+    find_touching(sim, b, tool);
     int count = 0;
     for (int t = 0; t < sim->tool_count; t++) {
         const double radius = radius_of(&sim->tool[t]);
-        if (!(vec3_length(force[t]) > 0.0) || !(radius > 0.0))
+        if (!(vec3_length(tool[t].force) > 0.0) || !(radius > 0.0))
             continue;
         errors->tool[count] = t;
-        errors->place[count] = place[t];
+        errors->place[count] = tool[t].place;
         errors->size[count] = radius;
-        errors->force[count++] = force[t];
+        errors->force[count] = tool[t].force;
+        errors->depth[count++] = tool[t].depth;
     }
     errors->tool_count = count;
 }
@@ -187,7 +194,8 @@ void errors_step(Sim *sim)
     const ErrorQuestion question = {.tool_count = errors->tool_count,
                                     .tool = errors->place,
                                     .size = errors->size,
-                                    .force = errors->force};
+                                    .force = errors->force,
+                                    .depth = errors->depth};
     BodyError found = {0};
     if (!body->ops->estimate(body->model, &question, errors->budget, &found))
         return;
@@ -217,14 +225,14 @@ void sim_error(const Sim *sim, int index, SimError *error)
 
 void sim_tool_errors(const Sim *sim, SimToolError *error)
 {
-    Vec3 force[SIM_TOOLS], place[SIM_TOOLS];
+    Touching tool[SIM_TOOLS];
     for (int t = 0; t < sim->tool_count; t++)
         error[t] = (SimToolError){0};
     for (int b = 0; b < sim->body_count; b++) {
         const double *share = sim->errors->body[b].share;
-        find_forces(sim, b, force, place);
+        find_touching(sim, b, tool);
         for (int t = 0; t < sim->tool_count; t++) {
-            const double part = vec3_length(force[t]);
+            const double part = vec3_length(tool[t].force);
             if (!(part > 0.0) || !isfinite(part))
                 continue;
             // One part that is unknown leaves the sum unknown.

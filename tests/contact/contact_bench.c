@@ -169,6 +169,7 @@ void bench_create(Bench *bench, const BenchOptions *options)
         .body.contact_ratio = options->contact_ratio,
         .body.contact_damping = options->contact_damping,
         .body.friction = options->friction,
+        .body.estimate_error = options->error_hz > 0.0,
     };
     SimOptions sim = {.rate_hz = options->rate_hz,
                       .gravity = options->gravity,

@@ -15,7 +15,7 @@ static struct {
     int most;        // largest budget
     ErrorQuestion question;
     Vec3 place[ERROR_TOOLS], force[ERROR_TOOLS];
-    double size[ERROR_TOOLS];
+    double size[ERROR_TOOLS], depth[ERROR_TOOLS];
 } twin;
 
 static bool twin_estimate(void *model, const ErrorQuestion *question, int budget, BodyError *error)
@@ -32,6 +32,7 @@ static bool twin_estimate(void *model, const ErrorQuestion *question, int budget
         twin.place[i] = question->tool[i];
         twin.force[i] = question->force[i];
         twin.size[i] = question->size[i];
+        twin.depth[i] = question->depth[i];
     }
     twin.most = budget > twin.most ? budget : twin.most;
     left -= budget;
@@ -103,6 +104,7 @@ TEST(a_question_has_the_tools_that_touch_where_they_do)
     const Vec3 felt = sim_wrench(bench.sim, 1)->force;
     assert_true(felt.x < -1e-3);
     assert_true(vec3_length(vec3_sub(twin.force[0], felt)) < 0.01 * vec3_length(felt));
+    assert_true(fabs(twin.depth[0] - sim_wrench(bench.sim, 1)->depth) < 0.01 * twin.depth[0]);
     press(&bench, 0);
     assert_int_equal(twin.question.tool_count, 2);
     assert_true(twin.size[0] == 0.008 && twin.size[1] == 0.004);

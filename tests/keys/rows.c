@@ -119,7 +119,7 @@ const KeyRow KEY_ROWS[] = {
     {IN(PUBLISH, contact_hz, ALL, STREAM, HEAD, "", "publish = { contact_hz = 10.0; };")},
     {IN(PUBLISH, status_hz, ALL, STREAM, HEAD, "", "publish = { status_hz = 20.0; };")},
     {IN(PUBLISH, error_hz, ALL, STREAM, HEAD, "", "publish = { error_hz = 10.0; };")},
-    {IN(PUBLISH, error_map, S, STREAM, HEAD, "publish = { error_hz = 10.0; };",
+    {IN(PUBLISH, error_map, S | V, STREAM, HEAD, "publish = { error_hz = 10.0; };",
         "publish = { error_hz = 10.0; error_map = true; };")},
     {IS_IDLE(PUBLISH, error_map, P, HEAD, "publish = { error_hz = 10.0; };",
              "publish = { error_hz = 10.0; error_map = true; };", "plane bodies report none")},
