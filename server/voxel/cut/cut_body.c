@@ -233,31 +233,14 @@ void cut_body_committed(VoxelCuts *cuts)
 
 void cut_body_add_forces(VoxelModel *model, const int *vertex, int count, const Vec3 *force)
 {
-    const CutCarry *carry = model->cuts->carry;
-    FitWeight weight[NODE_COUNT];
-    for (int i = 0; i < count; i++) {
-        if (!cut_lattice_is_carried(carry->lattice, vertex[i])) {
-            vertices_add_force(&model->vertices, vertex[i], force[i]);
-            continue;
-        }
-        const int carriers = cut_carry_weights(carry, vertex[i], weight);
-        for (int w = 0; w < carriers; w++)
-            vertices_add_force(&model->vertices, weight[w].vertex,
-                               vec3_scale(weight[w].weight, force[i]));
-    }
+    vertices_add_forces(&model->vertices, vertex, count, force);
+    cut_carry_spread(model->cuts->carry, model->vertices.force, vertex, count);
 }
 
 void cut_body_carry_loads(VoxelModel *model)
 {
     const Vertices *vertices = &model->vertices;
-    for (int k = 0; k < vertices->loaded_count; k++) {
-        const int vertex = vertices->loaded[k];
-        const double *load = vertices->load[vertex];
-        const Vec3 force = {load[0], load[1], load[2]};
-        if (!cut_lattice_is_carried(&model->cuts->lattice, vertex))
-            continue;
-        cut_body_add_forces(model, &vertex, 1, &force);
-    }
+    cut_carry_spread(model->cuts->carry, vertices->force, vertices->loaded, vertices->loaded_count);
 }
 
 void cut_body_kick(VoxelModel *model, int vertex, Vec3 impulse, double drift)
@@ -580,7 +563,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     }
     if (cuts->fit != NULL || options->body.watch_count > 0)
         cut_blades_want_crossings(&cuts->blades, cuts->name, arena);
-    cuts->tension = cut_tension_create(&cuts->faces, making, arena);
+    cuts->tension = cut_tension_create(&cuts->faces, cuts->carry, making, arena);
     cuts->tear.tension = cuts->tension;
     if (options->body.removable) {
         cuts->reach = ALLOCATE(ARENA_CONTACT, 1, CutReach, "reach of removers");

@@ -189,14 +189,54 @@ static bool is_single(const CutCarry *carry)
     return carry->vertices->rows.precision == PRECISION_SINGLE;
 }
 
-void cut_carry_update(CutCarry *carry, void *row)
+void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count)
 {
     if (is_single(carry))
-        for (int k = 0; k < carry->leaf_count; k++)
-            update_leaf(carry, carry->leaf[k], row, true);
+        for (int k = 0; k < count; k++)
+            update_leaf(carry, leaf[k], row, true);
     else
-        for (int k = 0; k < carry->leaf_count; k++)
-            update_leaf(carry, carry->leaf[k], row, false);
+        for (int k = 0; k < count; k++)
+            update_leaf(carry, leaf[k], row, false);
+}
+
+void cut_carry_update(CutCarry *carry, void *row)
+{
+    cut_carry_update_some(carry, row, carry->leaf, carry->leaf_count);
+}
+
+int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf)
+{
+    int found = 0;
+    carry->stamp++;
+    for (int k = 0; k < count; k++) {
+        if (!cut_lattice_is_carried(carry->lattice, vertex[k]))
+            continue;
+        const int own = carry->leaf_of[vertex[k]], at = own - carry->lattice->level_first[1];
+        if (carry->seen[at] != carry->stamp)
+            leaf[found++] = own;
+        carry->seen[at] = carry->stamp;
+    }
+    return found;
+}
+
+void cut_carry_spread(const CutCarry *carry, void *force, const int *vertex, int count)
+{
+    const Rows *rows = &carry->vertices->rows;
+    FitWeight weight[NODE_COUNT];
+    for (int k = 0; k < count; k++) {
+        if (!cut_lattice_is_carried(carry->lattice, vertex[k]))
+            continue;
+        const int carriers = cut_carry_weights(carry, vertex[k], weight);
+        for (int c = 0; c < 3; c++) {
+            const long from = 4L * vertex[k] + c;
+            const double all = rows_get(rows, force, from);
+            rows_put(rows, force, from, 0.0);
+            for (int w = 0; w < carriers; w++) {
+                const long to = 4L * weight[w].vertex + c;
+                rows_put(rows, force, to, rows_get(rows, force, to) + weight[w].weight * all);
+            }
+        }
+    }
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -259,10 +299,7 @@ static void refresh(CutCarry *carry, const int *vertex, int count)
             if (leaf[s] < 0 || at < 0 || carry->first[at] < 0 || carry->seen[at] == carry->stamp)
                 continue;
             carry->seen[at] = carry->stamp;
-            if (is_single(carry))
-                update_leaf(carry, leaf[s], row, true);
-            else
-                update_leaf(carry, leaf[s], row, false);
+            cut_carry_update_some(carry, row, &leaf[s], 1);
         }
     }
 }

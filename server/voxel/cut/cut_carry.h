@@ -47,6 +47,14 @@ void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
 // Updates all carried rows from those of the elements' vertices in `row` (rows.h).
 void cut_carry_update(CutCarry *carry, void *row);
 
+// Lists the elements of those of some vertices that are carried, each once, in leaf [count];
+// returns their number. Updates the rows of these elements' vertices, also within a tick.
+int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf);
+void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count);
+// Moves the forces (Real [vertex][4]) on those of some vertices that are carried to what carries
+// them.
+void cut_carry_spread(const CutCarry *carry, void *force, const int *vertex, int count);
+
 // Finds the vertices of a leaf of level 1 or more that a point of it, in cells, follows from, and
 // their weights, which add up to 1. Returns their number, at most NODE_COUNT. Carried vertices do
 // not matter.

@@ -2,6 +2,7 @@
 #include "voxel/cut/cut_heat.h"
 
 #include "base/check.h"
+#include "voxel/cut/cut_shape.h"
 
 #include <math.h>
 #include <string.h>
@@ -79,7 +80,7 @@ static void coagulate(CutHeat *heat, int cell)
     heat->coagulated[material_of(heat, cell)]++;
     heat->cooked_count++;
     for (int e = cell; e >= 0; e = lattice->element[e].parent) {
-        const int cells = 1 << 3 * lattice->element[e].level;
+        const int cells = cut_shape_cells(lattice, e);
         heat->cooked[e]++;
         if (heat->stiff[e] || 2 * heat->cooked[e] <= cells)
             continue;

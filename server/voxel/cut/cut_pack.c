@@ -125,17 +125,6 @@ typedef struct Turns {
 
 static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0}, NO_STRAIN[RELAXATION_NUMBERS];
 
-static int count_cells(const CutLattice *lattice, int element)
-{
-    const CutElement *of = &lattice->element[element];
-    if (of->whole)
-        return 1 << 3 * of->level;
-    int cells = 0;
-    for (int k = 0; k < __builtin_popcount(of->children); k++)
-        cells += count_cells(lattice, of->child + k);
-    return cells;
-}
-
 // A merged element has no rotation, and the mean of its children's strains by their volume.
 static void take_mean(const CutWindows *windows, int element, Turns *turns)
 {
@@ -145,13 +134,13 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
     if (windows->strain == NULL)
         return;
     double *mean = windows->strain[element - turns->base], strain[RELAXATION_NUMBERS];
-    const double by = 1.0 / count_cells(lattice, element);
+    const double by = 1.0 / cut_shape_cells(lattice, element);
     memset(mean, 0, sizeof strain);
     for (int k = 0; k < __builtin_popcount(of->children); k++) {
         memset(strain, 0, sizeof strain);
         relaxation_take(windows->runs.relaxation, windows->lane[of->child + k], strain);
         for (int n = 0; n < RELAXATION_NUMBERS; n++)
-            mean[n] += by * count_cells(lattice, of->child + k) * strain[n];
+            mean[n] += by * cut_shape_cells(lattice, of->child + k) * strain[n];
     }
 }
 

@@ -3,6 +3,17 @@
 
 #include <string.h>
 
+int cut_shape_cells(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    if (!cut_shape_is_partial(lattice, element))
+        return 1 << 3 * of->level;
+    int cells = 0;
+    for (int k = 0; k < __builtin_popcount(of->children); k++)
+        cells += cut_shape_cells(lattice, of->child + k);
+    return cells;
+}
+
 int cut_shape_solid(const void *of, int element, uint64_t *solid)
 {
     const CutLattice *lattice = of;

@@ -23,6 +23,8 @@ static inline TemplateKey cut_shape_key(const CutLattice *lattice, int element)
     return cut_shape_is_partial(lattice, element) ? template_key_of_part(mask, element) : mask;
 }
 
+// Returns the number of an element's cells that were solid at load.
+int cut_shape_cells(const CutLattice *lattice, int element);
 // As TemplateSolid, of a lattice.
 int cut_shape_solid(const void *lattice, int element, uint64_t *solid);
 

@@ -2,6 +2,7 @@
 #include "voxel/cut/cut_tear.h"
 
 #include "voxel/barrier.h"
+#include "voxel/cut/cut_parts.h"
 #include "voxel/point_parts.h"
 #include "voxel/rotation.h"
 #include "voxel/stiffening.h"
@@ -206,17 +207,17 @@ static int cell_at(const CutLattice *lattice, const int at[3])
     return cut_lattice_cell(lattice, at[0], at[1], at[2]);
 }
 
+// Void cells of partly filled leaves have nothing to break.
 static bool is_broken(const CutLattice *lattice, int cell, int axis)
 {
-    return lattice->broken[cell] >> axis & 1;
+    return cell < 0 || cut_lattice_beyond(lattice, cell, axis) < 0 ||
+           (lattice->broken[cell] >> axis & 1);
 }
 
 // True if nothing is connected across the face of a cell towards +axis.
 static bool is_free(const CutLattice *lattice, const int at[3], int axis)
 {
-    const int cell = cell_at(lattice, at);
-    return cell < 0 || cut_lattice_beyond(lattice, cell, axis) < 0 ||
-           is_broken(lattice, cell, axis);
+    return is_broken(lattice, cell_at(lattice, at), axis);
 }
 
 static bool is_front(const CutLattice *lattice, const TearFace *face)
@@ -275,11 +276,10 @@ static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *
             at[axis] += side % 2 == 0 ? -1 : edge;
             at[(axis + 1) % 3] += (quarter & 1) * half;
             at[(axis + 2) % 3] += (quarter >> 1) * half;
-            const int cell = cell_at(lattice, at);
-            if (cell < 0)
+            const int other = lattice->scratch->grid[cut_parts_grid(lattice, at[0], at[1], at[2])];
+            if (other < 0)
                 continue;
             // A face is tested once, from the side of the smaller leaf.
-            const int other = cut_lattice_leaf_of(lattice, cell);
             const bool smaller = lattice->element[other].level < e->level;
             if (!tear->is_looked_at[other])
                 test_face(tear, pass, smaller ? other : leaf, smaller ? side ^ 1 : side,

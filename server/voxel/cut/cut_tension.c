@@ -64,11 +64,11 @@ static double set_out(const CutTension *tension, int square, Trace *trace)
     return flux < 0.01 ? 0.0 : flux * tension->size * tension->size;
 }
 
-// Puts a point where the fibre crosses a face of a leaf at a cell.
+// Puts a point where the fibre crosses a face of a finest cell at a position.
 static void put_point(CutTension *tension, Trace *trace, int leaf, const int cell[3], int face)
 {
     TensionPoint *to = &tension->point[tension->count++];
-    const int *vertex = tension->faces->lattice->corner[leaf], *corner = SQUARE_CORNER[face];
+    const int *corner = SQUARE_CORNER[face];
     const int axis = face / 2;
     double share[3], *from = trace->from[0];
     // Where it is within the face, rounded so that weights are exact.
@@ -82,7 +82,7 @@ static void put_point(CutTension *tension, Trace *trace, int leaf, const int cel
         double weight = 1.0;
         for (int k = 0; k < 3; k++)
             weight *= k == axis || (corner[c] >> k & 1) ? share[k] : 1.0 - share[k];
-        to->vertex[c] = vertex[corner[c]];
+        to->vertex[c] = cut_carry_corner(tension->faces->lattice, leaf, corner[c]);
         to->weight[c] = (float)weight;
     }
     to->pull = 0.0;
@@ -150,14 +150,17 @@ static bool trace_fibre(CutTension *tension, int square, int spacing)
         int here[3];
         memcpy(here, trace.cell, sizeof here);
         const int face = advance(tension, &trace), leaf = trace.leaf;
-        const int next = lattice->scratch->grid[trace.grid];
+        int next = lattice->scratch->grid[trace.grid];
+        if (next >= cells &&
+            cut_lattice_cell(lattice, trace.cell[0], trace.cell[1], trace.cell[2]) < 0)
+            next = -1; // void in a partly filled leaf
         const bool near = leaf < cells, far = next >= 0 && next < cells;
         const bool open = near && far && (lattice->broken[face % 2 ? leaf : next] >> face / 2 & 1);
         ended = next < 0 || open || (near && is_fixed(tension, leaf, face));
         trace.leaf = next;
-        // Outside of finest cells there is no face to hold a point.
+        // Outside of finest cells there is no face to hold a point, but for that to void.
         const double length = trace.way - trace.since[0];
-        if (!(ended || length >= spacing) || !(near || far))
+        if (!(ended || length >= spacing) || !(near || far || ended))
             continue;
         if (tension->count == tension->capacity)
             return false;
@@ -170,8 +173,12 @@ static bool trace_fibre(CutTension *tension, int square, int spacing)
             trace.pull[0] += trace.pull[1], trace.since[0] = trace.since[1];
         }
         memcpy(trace.from[1], from, sizeof from);
-        put_point(tension, &trace, near ? leaf : next, near ? here : trace.cell,
-                  near ? face : face ^ 1);
+        if (near || far)
+            put_point(tension, &trace, near ? leaf : next, near ? here : trace.cell,
+                      near ? face : face ^ 1);
+        else
+            put_point(tension, &trace, cut_lattice_cell(lattice, here[0], here[1], here[2]), here,
+                      face);
         end_segment(tension, &trace, from, area);
         trace.pull[1] = trace.pull[0], trace.since[1] = trace.since[0];
         trace.pull[0] = 0.0, trace.since[0] = trace.way;
@@ -195,6 +202,14 @@ void cut_tension_follow(CutTension *tension)
         for (int s = faces->outer_squares; s < *faces->shown && fits; s++)
             fits = faces->square[s] < 0 || trace_fibre(tension, s, spacing); // free, or its fibre
     }
+    tension->carried_count = 0;
+    for (int p = 0; p < tension->count && tension->carry != NULL; p++)
+        for (int c = 0; c < 4; c++)
+            if (cut_lattice_is_carried(faces->lattice, tension->point[p].vertex[c]))
+                tension->carried[tension->carried_count++] = tension->point[p].vertex[c];
+    if (tension->carry != NULL)
+        tension->leaf_count =
+            cut_carry_list(tension->carry, tension->carried, tension->carried_count, tension->leaf);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -258,12 +273,16 @@ static inline void add_forces(const CutTension *tension, const void *rows, void 
     }
 }
 
-void cut_tension_add_forces(const CutTension *tension, const void *rows, void *force, double scale)
+void cut_tension_add_forces(const CutTension *tension, void *rows, void *force, double scale)
 {
+    if (tension->carry != NULL)
+        cut_carry_update_some(tension->carry, rows, tension->leaf, tension->leaf_count);
     if (tension->vertices->rows.precision == PRECISION_SINGLE)
         add_forces(tension, rows, force, scale, true);
     else
         add_forces(tension, rows, force, scale, false);
+    if (tension->carry != NULL)
+        cut_carry_spread(tension->carry, force, tension->carried, tension->carried_count);
 }
 
 double cut_tension_energy(const CutTension *tension, const void *rows, double scale)
@@ -311,7 +330,8 @@ static int choose_spacing(double strain)
     return spacing;
 }
 
-CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making, Arena *arena)
+CutTension *cut_tension_create(const CutFaces *faces, CutCarry *carry, const VoxelMaking *making,
+                               Arena *arena)
 {
     const VoxelOptions *options = making->options;
     const char *name = options->body.name;
@@ -343,6 +363,7 @@ CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making,
     const int squares = faces->square_capacity - faces->outer_squares;
     *tension = (CutTension){.faces = faces,
                             .vertices = faces->vertices,
+                            .carry = carry,
                             .size = options->lattice->size,
                             .spacing = choose_spacing(strain),
                             .stress = stress,
@@ -352,5 +373,11 @@ CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making,
                             .capacity = 2 * squares + faces->cell_count};
     tension->point =
         ALLOCATE(ARENA_TOPOLOGY, tension->capacity, TensionPoint, "fibres under tension");
+    if (carry == NULL)
+        return tension;
+    tension->carried =
+        ALLOCATE(ARENA_TOPOLOGY, 4L * tension->capacity, int, "carried ends of fibres");
+    tension->leaf =
+        ALLOCATE(ARENA_TOPOLOGY, 4L * tension->capacity, int, "elements of ends of fibres");
     return tension;
 }

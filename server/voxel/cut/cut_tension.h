@@ -9,6 +9,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_TENSION_H
 #define PLIANT_VOXEL_CUT_CUT_TENSION_H
 
+#include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_faces.h"
 
 // A point of a fibre, on a face of a finest cell.
@@ -22,6 +23,7 @@ typedef struct TensionPoint {
 typedef struct CutTension {
     const CutFaces *faces;
     const Vertices *vertices;
+    CutCarry *carry;              // of a body that adapts, or NULL
     double size;                  // edge of a finest cell [m]
     int spacing;                  // most cells between two points of a fibre, where there is room
     const double *stress;         // [material] [Pa]
@@ -31,14 +33,18 @@ typedef struct CutTension {
     // --- follows from the lattice and the squares ---
     int count, capacity;
     TensionPoint *point;
+    int *carried, carried_count; // carried vertices of these points, some more than once
+    int *leaf, leaf_count;       // their elements
 } CutTension;
 
 // Load time. Returns the tension of the materials, owned by the arena; NULL: they have none.
-CutTension *cut_tension_create(const CutFaces *faces, const VoxelMaking *making, Arena *arena);
+CutTension *cut_tension_create(const CutFaces *faces, CutCarry *carry, const VoxelMaking *making,
+                               Arena *arena);
 // Lists the fibres again, after squares or vertices have changed.
 void cut_tension_follow(CutTension *tension);
-// Adds the forces at `rows`, both as Vertices has them; `scale`: of the stiffness.
-void cut_tension_add_forces(const CutTension *tension, const void *rows, void *force, double scale);
+// Adds the forces at `rows`, both as Vertices has them, and updates the carried rows that they
+// depend on; `scale`: of the stiffness.
+void cut_tension_add_forces(const CutTension *tension, void *rows, void *force, double scale);
 // Returns the potential of these forces, 0 at rest [J].
 double cut_tension_energy(const CutTension *tension, const void *rows, double scale);
 // Adds the tension of a material to the nominal stress P of an element with rotation R, both [3][3]

@@ -126,6 +126,8 @@ static inline void cut_world_shake(CutWorld *world, double strain, uint64_t *see
         v = vec3_add(vec3_add(drift, vec3_cross(spin, x)), vec3_scale(5.0, u));
         rows_write(&vertices->rows, row, i, vec3_add(x, u), v);
     }
+    if (world->cuts->carry != NULL)
+        cut_carry_update(world->cuts->carry, vertices->row[vertices->current]);
 }
 
 // Masses from the bits and levels alone, in the plainest way; and positive, with the known sum.
