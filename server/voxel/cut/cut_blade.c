@@ -216,6 +216,14 @@ void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *a
     }
 }
 
+void cut_blades_follow(CutBlades *blades)
+{
+    if (blades->lattice->changes.merged_count == 0)
+        return;
+    for (int k = 0; k < blades->blade_count; k++)
+        blades->blade[k].stroke->travel += CUT_MERGE_RESIDUAL * blades->size;
+}
+
 void cut_blades_forget(CutBlades *blades)
 {
     for (int k = 0; k < blades->blade_count; k++)

@@ -79,6 +79,9 @@ void cut_blades_want_crossings(CutBlades *blades, const char *name, Arena *arena
 // Only sets `verdict` and `separated`.
 bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
                      CutOutcome *outcome);
+// Call it when the lattice has changed: merging moves the centres of cells, which division does
+// not.
+void cut_blades_follow(CutBlades *blades);
 // Call it when the body is elsewhere: all strokes start again.
 void cut_blades_forget(CutBlades *blades);
 // Validates memory that was read from a file, and clears it if it is invalid.

@@ -22,6 +22,7 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
     if (cuts->carry != NULL)
         cut_carry_follow(cuts->carry, cuts->masses.touched, cuts->masses.touched_count);
     cut_windows_update(&cuts->windows);
+    cut_blades_follow(&cuts->blades);
     bool shown = cut_faces_follow(&cuts->faces, pieces_came, body, change);
     if (cuts->fit != NULL)
         shown |= cut_fit_follow(cuts->fit, divided, body);

@@ -46,6 +46,9 @@
 
 enum { WINDOW_EDGE = 4, WINDOW_ELEMENTS = 64 };
 enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
+// Farthest from the affine motion of the merged element that vertices of its children may be, in
+// cells, for elements to merge while the body moves.
+#define CUT_MERGE_RESIDUAL 0.05
 
 // Constant.
 typedef struct CutElement {

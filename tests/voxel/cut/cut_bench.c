@@ -30,6 +30,8 @@ static void place_vertices(CutBench *bench, int from)
 {
     for (int v = from; v < cut_lattice_used(&bench->cut); v++) {
         int point[3];
+        if (bench->cut.vertex_id[v] < 0)
+            continue;
         cut_lattice_point(&bench->cut, v, point);
         for (int d = 0; d < 3; d++)
             bench->vertices.rows.rest[v][d] = bench->lattice.size * point[d];
@@ -43,10 +45,11 @@ void cut_bench_create(CutBench *bench, Lattice lattice, CutBenchOptions options)
     layout_create(&bench->layout, &bench->lattice, options.levels);
     assert_true(lattice_mesh_create(&bench->mesh, &bench->layout, &status));
     const VoxelOptions body = {
-        .body = {.name = "body", .face_capacity = options.face_capacity},
+        .body = {.name = "body", .levels = options.levels, .face_capacity = options.face_capacity},
         .lattice = &bench->lattice,
         .split_budget = options.split_budget,
         .publish_all = options.publish_all,
+        .surface_level = options.surface_level,
     };
     const VoxelMaking making = {.options = &body,
                                 .layout = bench->layout,
@@ -56,8 +59,14 @@ void cut_bench_create(CutBench *bench, Lattice lattice, CutBenchOptions options)
     create_vertices(bench);
     place_vertices(bench, 0);
     cut_pieces_create(&bench->pieces, &bench->cut, &making, &bench->arena, &bench->state);
-    bench->masses = (CutMasses){
-        .lattice = &bench->cut, .vertices = &bench->vertices, .node_mass = bench->vertices.mass};
+    const int *n = bench->lattice.count;
+    bench->masses =
+        (CutMasses){.lattice = &bench->cut,
+                    .vertices = &bench->vertices,
+                    .held = arena_allocate(
+                        &bench->arena, ARENA_TOPOLOGY,
+                        (size_t)(n[0] + 1) * (size_t)(n[1] + 1) * (size_t)(n[2] + 1), 1, "held"),
+                    .node_mass = bench->vertices.mass};
     assert_true(cut_faces_create(&bench->faces, &bench->pieces, &bench->masses, &making,
                                  &bench->body, &bench->arena, &bench->state, &status));
     cut_blades_create(&bench->blades, "body", &bench->cut, &bench->vertices.rows,
@@ -176,6 +185,29 @@ void cut_bench_settle(CutBench *bench)
 {
     while (cut_lattice_reconstruct(&bench->cut) > 0)
         follow(bench, false);
+}
+
+int cut_bench_merge(CutBench *bench, CutBenchShape *shape, const void *context)
+{
+    CutLattice *cut = &bench->cut;
+    const CutChanges *changes = &cut->changes;
+    double *row = bench->vertices.row[0];
+    for (int e = cut->level_first[1]; e < cut->element_count; e++)
+        if (cut_lattice_can_merge(cut, e))
+            cut_lattice_merge(cut, e);
+    place_vertices(bench, 0);
+    for (int b = 0; b < changes->birth_count; b++) {
+        const int v = changes->birth[b].vertex;
+        const double *rest = bench->vertices.rows.rest[v];
+        const Vec3 from = vec3(rest[0], rest[1], rest[2]);
+        const Vec3 u = vec3_sub(shape(context, from), from);
+        row[ROW * v] = u.x, row[ROW * v + 1] = u.y, row[ROW * v + 2] = u.z;
+    }
+    const int merged = changes->merged_count;
+    cut_blades_follow(&bench->blades);
+    cut_faces_follow(&bench->faces, false, &bench->body, &bench->change);
+    cut_lattice_forget_changes(cut);
+    return merged;
 }
 
 static bool broken_between(const CutLattice *cut, int cell, int axis)

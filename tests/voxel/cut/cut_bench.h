@@ -29,6 +29,7 @@ typedef struct CutBench {
 typedef struct CutBenchOptions {
     int levels, split_budget, face_capacity;
     bool publish_all;
+    int surface_level; // 0: it does not adapt; else it starts with its surface fine
 } CutBenchOptions;
 
 // Takes the lattice over. Room for all vertices that there can be.
@@ -48,6 +49,8 @@ bool cut_bench_break(CutBench *bench, const int (*face)[2], int count);
 int cut_bench_sweep(CutBench *bench, CutPhase phase, BladeEdge before, BladeEdge after);
 // Divides until nothing wants to be divided.
 void cut_bench_settle(CutBench *bench);
+// Merges what can, once each; their new vertices are where the shape says. Returns how many merged.
+int cut_bench_merge(CutBench *bench, CutBenchShape *shape, const void *context);
 // Loops of four links around an edge of the lattice of which an odd number is broken.
 int cut_bench_odd_loops(const CutBench *bench);
 // Broken links whose ends hold together by others: of a cut that leaks, all of them.

@@ -423,6 +423,83 @@ TEST(division_moves_no_centre)
     expect_at_most(worst, 1e-12); // a few roundings of places up to 24
 }
 
+// A bar with a bay along one of its edges, whose coarse elements are partly filled.
+static void make_adapting_bar(CutBench *bench)
+{
+    Lattice lattice;
+    assert_true(lattice_box(&lattice, (int[3]){LONG, WIDE, WIDE}, 1.0, &(Status){0}));
+    for (int i = 0; i < LONG; i++)
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 1 + i % 3; k++)
+                lattice.label[lattice_index(&lattice, i, j, k)] = 0;
+    cut_bench_create(bench, lattice,
+                     (CutBenchOptions){.levels = 2,
+                                       .split_budget = 1,
+                                       .face_capacity = 40 * LONG * WIDE * WIDE,
+                                       .surface_level = 2});
+}
+
+TEST(division_of_partly_filled_elements_moves_no_centre)
+{
+    SCOPED(cut_bench_destroy) CutBench bench;
+    make_adapting_bar(&bench);
+    CutLattice *cut = &bench.cut;
+    Shape shape = {.kind = NOISE, .noise = 0.3};
+    while (cut_bench_merge(&bench, place, &shape) > 0)
+        continue;
+    cut_bench_shape(&bench, place, &shape);
+    const int cells = cut->level_first[1];
+    FREED Vec3 *before = malloc((size_t)cells * sizeof *before);
+    uint64_t seed = 3;
+    double worst = 0.0;
+    int divided = 0, partly_filled = 0;
+    for (int round = 0; round < 60; round++) {
+        const int others = cut->element_count - cells, e = cells + random_below(&seed, others);
+        if (!cut_lattice_is_leaf(cut, e))
+            continue;
+        CellCentres centres;
+        cut_centres_begin(&centres, cut, &bench.vertices.rows, bench.vertices.present);
+        for (int c = 0; c < cells; c++)
+            before[c] = cut_centre(&centres, c);
+        partly_filled += !cut->element[e].whole;
+        cut_lattice_want(cut, e);
+        cut_bench_settle(&bench);
+        divided += cut->divided[e];
+        cut_centres_begin(&centres, cut, &bench.vertices.rows, bench.vertices.present);
+        for (int c = 0; c < cells; c++)
+            worst = fmax(worst, vec3_length(vec3_sub(cut_centre(&centres, c), before[c])));
+    }
+    assert_true(divided > 10 && partly_filled > 2);
+    expect_at_most(worst, 1e-12); // a few roundings of places up to 24
+}
+
+// Boxes of bricks are kept as long as nothing can have come near: what merging moves counts.
+TEST(merging_counts_as_a_motion_of_centres)
+{
+    SCOPED(cut_bench_destroy) CutBench bench;
+    make_adapting_bar(&bench);
+    const Shape shape = {.kind = NOISE, .noise = 0.01};
+    cut_bench_shape(&bench, place, &shape);
+    const BladeEdge edge = {{{0.0, 5.0, -9.0}, {0.0, 5.0, 9.0}}};
+    cut_bench_sweep(&bench, CUT_BEGINS, edge, edge);
+    const int cells = bench.cut.level_first[1];
+    FREED Vec3 *before = malloc((size_t)cells * sizeof *before);
+    for (int level = 1; level <= 2; level++) {
+        const double travel = bench.blades.blade[0].stroke->travel;
+        CellCentres centres;
+        cut_centres_begin(&centres, &bench.cut, &bench.vertices.rows, bench.vertices.present);
+        for (int c = 0; c < cells; c++)
+            before[c] = cut_centre(&centres, c);
+        assert_true(cut_bench_merge(&bench, place, &shape) > 0);
+        cut_centres_begin(&centres, &bench.cut, &bench.vertices.rows, bench.vertices.present);
+        double worst = 0.0;
+        for (int c = 0; c < cells; c++)
+            worst = fmax(worst, vec3_length(vec3_sub(cut_centre(&centres, c), before[c])));
+        assert_true(worst > 0.005); // it moves them indeed
+        expect_at_most(worst, bench.blades.blade[0].stroke->travel - travel);
+    }
+}
+
 TEST(blade_that_meets_nothing_says_so)
 {
     SCOPED(cut_bench_destroy) CutBench bench;

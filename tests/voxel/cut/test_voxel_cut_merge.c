@@ -843,12 +843,30 @@ static int parts_of_cells(const CutSample *sample, const int point[3], int *soli
     return parts;
 }
 
+// Whether a point of a closed block is where its motion keeps it: all corners that move it are
+// held.
+static bool is_kept_by_corners(const CutElement *of, const int point[3], const FixedRegion *held)
+{
+    const int edge = 1 << of->level;
+    for (int c = 0; c < 8; c++) {
+        bool moves = true; // it: the weight is not 0
+        int corner[3];
+        for (int d = 0; d < 3; d++) {
+            corner[d] = of->cell[d] + (c >> d & 1) * edge;
+            moves &= abs(point[d] - corner[d]) < edge;
+        }
+        if (moves && !fixed_contains(held, vec3(corner[0], corner[1], corner[2])))
+            return false;
+    }
+    return true;
+}
+
 // By the definition, for one element alone; the children are another's.
 static bool may_be_leaf(const CutSample *sample, const CutElement *of, const FixedRegion *held,
                         const FineRegion *fine)
 {
     const int edge = 1 << of->level;
-    int points = 0, fixed = 0, material = 0, solid;
+    int material = 0, solid;
     bool inner = true;
     for (int n = 0; n < edge * edge * edge; n++) {
         const int at[3] = {of->cell[0] + n % edge, of->cell[1] + n / edge % edge,
@@ -873,10 +891,10 @@ static bool may_be_leaf(const CutSample *sample, const CutElement *of, const Fix
                 if (parts_of_cells(sample, p, &solid) > 1)
                     return false;
                 inner &= solid == 8;
-                points++;
-                fixed += fixed_contains(held, vec3(p[0], p[1], p[2]));
+                if (fixed_contains(held, vec3(p[0], p[1], p[2])) != is_kept_by_corners(of, p, held))
+                    return false;
             }
-    return (fixed == 0 || fixed == points) && cells_hang_together(sample, of) &&
+    return cells_hang_together(sample, of) &&
            of->level <= (inner ? sample->levels : sample->surface_level);
 }
 
@@ -891,7 +909,9 @@ TEST(elements_may_be_leaves_where_they_say_what_their_cells_do)
                                   ? body_of((MergeKind)kind)
                                   : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed);
             lattice.origin = vec3(0.0, 0.0, 0.0); // points are their own places
-            FixedRegion held = {.kind = FIXED_SPHERE,
+            FixedRegion held = {.kind = round % 2 == 0 ? FIXED_SPHERE : FIXED_BOX,
+                                .low = vec3(-1.0, -1.0, -1.0),
+                                .high = vec3(20.0, 8.0, 40.0),
                                 .center = vec3(3.0, 4.0, 1.0),
                                 .radius = random_between(&seed, 0.0, 8.0)};
             FineRegion fine = {.centre = vec3(10.0, 9.0, 2.0),
