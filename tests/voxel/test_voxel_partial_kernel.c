@@ -39,7 +39,7 @@ typedef struct Trial {
 } Trial;
 enum { SPARE = LANES * NODE_COUNT };
 
-static void trial_create(Trial *trial, const Variant *variant, uint64_t *random)
+static void trial_of(Trial *trial, const Variant *variant, bool whole_ones, uint64_t *random)
 {
     *trial = (Trial){.variant = variant, .mu = 5e3};
     for (int lane = 0; lane < LANES; lane++) {
@@ -48,7 +48,7 @@ static void trial_create(Trial *trial, const Variant *variant, uint64_t *random)
         uint64_t solid[FILL_WORDS];
         fill_random(solid, level, random);
         Template *shape = &trial->shape[lane];
-        if (lane == 0)
+        if (lane == 0 || whole_ones)
             template_create(shape, fill_random_mask(random));
         else
             template_create_partial(shape, fill_random_mask(random), level, solid);
@@ -65,6 +65,11 @@ static void trial_create(Trial *trial, const Variant *variant, uint64_t *random)
         for (int i = 0; i < NODE_COUNT; i++)
             trial->vertex[i][lane] = i < shape->count ? lane * NODE_COUNT + i : SPARE;
     }
+}
+
+static void trial_create(Trial *trial, const Variant *variant, uint64_t *random)
+{
+    trial_of(trial, variant, false, random);
 }
 
 static double size_of(const Trial *trial, int lane)
@@ -301,13 +306,13 @@ TEST(badly_deformed_ones_too)
         }
 }
 
-// x = F X and v = L x at all vertices of all lanes.
-static void deform_evenly(Trial *trial, uint64_t *random)
+// x = F X and v = L X at all vertices of all lanes; both by `seed`.
+static void deform_evenly(Trial *trial, uint64_t seed)
 {
     double f[9], rate[9];
     for (int k = 0; k < 9; k++) {
-        f[k] = (k % 4 == 0 ? 1.0 : 0.0) + random_between(random, -0.2, 0.2);
-        rate[k] = random_between(random, -2.0, 2.0);
+        f[k] = (k % 4 == 0 ? 1.0 : 0.0) + random_between(&seed, -0.2, 0.2);
+        rate[k] = random_between(&seed, -2.0, 2.0);
     }
     for (int lane = 0; lane < LANES; lane++)
         for (int i = 0; i < trial->shape[lane].count; i++) {
@@ -336,8 +341,16 @@ static void stress_of(const Trial *trial, const Result *result, int lane, double
     }
 }
 
+static double volume_of(const Trial *trial)
+{
+    double sum = 0.0;
+    for (int lane = 0; lane < LANES; lane++)
+        sum += trial->shape[lane].share * pow(size_of(trial, lane), 3.0);
+    return sum;
+}
+
 // No residual, so that each vertex bears its part of one stress: that of the whole cube. It counts
-// as stress, too, whatever the share.
+// as stress, too, whatever the share, and the energy per volume is one.
 TEST(an_even_deformation_has_the_stress_of_whole_elements)
 {
     uint64_t random = 8;
@@ -350,10 +363,18 @@ TEST(an_even_deformation_has_the_stress_of_whole_elements)
         static Trial trial;
         static Result result;
         trial_create(&trial, variant, &random);
-        deform_evenly(&trial, &random);
+        static Trial wholes;
+        static Result all_whole;
+        trial_of(&wholes, variant, true, &random);
+        const uint64_t seed = random_bits(&random);
+        deform_evenly(&trial, seed);
+        deform_evenly(&wholes, seed);
         for (int k = 0; k < PRECISION_COUNT; k++) {
             double whole[3][3], size = 0.0;
             run_all_levels(&trial, (Precision)k, relaxes ? &branch : NULL, 1.0, &result);
+            run_all_levels(&wholes, (Precision)k, relaxes ? &branch : NULL, 1.0, &all_whole);
+            expect_near(result.energy / volume_of(&trial) / all_whole.energy * volume_of(&wholes),
+                        1.0, k == PRECISION_SINGLE ? 1e-4 : 1e-11);
             stress_of(&trial, &result, 0, whole);
             for (int c = 0; c < 9; c++)
                 size += whole[c / 3][c % 3] * whole[c / 3][c % 3];
