@@ -6,6 +6,7 @@
 #include "test.h"
 #include "cut_world.h"
 #include "effort.h"
+#include "body/patch.h"
 #include "voxel_coarse.h"
 
 static VoxelWorldOptions options_of(bool ball, Precision precision)
@@ -266,6 +267,53 @@ TEST(a_uniform_strain_is_the_same_stress_in_every_leaf)
         }
         lattice_destroy(&options.lattice);
     }
+}
+
+// --- what hands feel ---
+
+// The matrix for haptic clients at rest is the slope of the forces.
+TEST(the_stiffness_around_a_contact_has_that_of_partly_filled_leaves)
+{
+    uint64_t random = 73;
+    VoxelWorldOptions options = options_of(true, PRECISION_DOUBLE);
+    options.material.poisson_ratio = 0.3;
+    options.body.damping = 0.0;
+    SCOPED(cut_world_destroy) CutWorld world;
+    SCOPED(arena_destroy) Arena arena = {0};
+    cut_world_create(&world, &options);
+    Patch *patch = patch_create(world.cuts->lattice.vertex_capacity, "patch", &arena);
+    const Region all = {.kind = REGION_CAPSULE, .radius = 1.0};
+    patch_begin(patch, &all, 1e6, false); // slow: no mass
+    while (!world.body->ops->gather_patch(world.body->model, patch, 3000))
+        ;
+    assert_false(patch->full);
+    // Displacements at random, and differences of forces, exact to 1e-8 of the strain.
+    const int count = patch->node_count;
+    FREED PatchColumns *x = zeroed((size_t)count, sizeof *x), *y = zeroed((size_t)count, sizeof *y);
+    Vertices *vertices = &world.model->vertices;
+    const double step = 1e-8 * world.lattice.size;
+    for (int i = 0; i < count; i++)
+        x[i].of[0] = random_vec3(&random);
+    patch_multiply(patch, x, y, 0, patch->block_count);
+    double(*force[2])[4], energy, largest = 0.0;
+    for (int side = 0; side < 2; side++) {
+        for (int i = 0; i < count; i++)
+            rows_write(&vertices->rows, vertices->row[vertices->current], patch->node[i],
+                       vec3_madd(rows_rest(&vertices->rows, patch->node[i]),
+                                 side == 0 ? step : -step, x[i].of[0]),
+                       vec3(0.0, 0.0, 0.0));
+        force[side] = kernel_forces(&world, &energy);
+    }
+    for (int i = 0; i < count; i++)
+        largest = fmax(largest, vec3_length(y[i].of[0]));
+    for (int i = 0; i < count; i++) {
+        const double *low = force[0][patch->node[i]], *high = force[1][patch->node[i]];
+        const Vec3 slope =
+            vec3_scale(0.5 / step, vec3(high[0] - low[0], high[1] - low[1], high[2] - low[2]));
+        expect_near(vec3_length(vec3_sub(y[i].of[0], slope)), 0.0, 1e-6 * largest);
+    }
+    free(force[0]);
+    free(force[1]);
 }
 
 // --- the leaves ---
