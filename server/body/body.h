@@ -304,6 +304,7 @@ struct Body {
     IntegratorKind integrator;
     double mass; // [kg]
     int spring_count, element_count;
+    int fine_elements; // of a solid that adapts: as many if all of its surface were finest; else 0
     int finest_level; // finest level in use
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.

@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "body/body.h"
 #include "sim/touch/touch.h"
+#include "voxel/thickness.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -164,6 +165,29 @@ static void print_elements(World *world, const SceneBody *described, const Body 
         fprintf(out, "  skin %s\n", described->skin.file);
 }
 
+// Prints how many elements a body that adapts has, untouched and at most, with what a tick of
+// either takes by estimate, and where it is too thin for the coarsest.
+static void print_adapting(const Body *body, const VoxelOptions *voxel, const WorldCells *cells,
+                           FILE *out)
+{
+    Body fine = *body;
+    fine.element_count = body->fine_elements;
+    fprintf(
+        out,
+        "  adapts: surface up to level %d, elements %d untouched (about %.2g ms a tick), %d with "
+        "all of it fine (%.2g ms)\n",
+        voxel->surface_level, body->element_count, 1e3 * cost_tick(body, body->substeps),
+        fine.element_count, 1e3 * cost_tick(&fine, body->substeps));
+    for (int level = 0; level < voxel->surface_level; level++)
+        if (cells->coarsest[level] > 0)
+            fprintf(
+                out,
+                "  thin: at most level %d in %.3g %% of the cells, where %d elements of the next "
+                "do not fit across\n",
+                level, 100.0 * (double)cells->coarsest[level] / (double)cells->solid,
+                THICKNESS_ELEMENTS);
+}
+
 // Prints what cuts may make of a wall, by estimate: faces of the finest level along them, in the
 // end as many as there is room for. Half the edge is half the step; a node has three springs.
 static void print_finest(const Body *body, int levels, FILE *out)
@@ -265,6 +289,8 @@ static void print_body(World *world, const Scene *scene, int index, FILE *out)
     print_time_step(world, body, described, out);
     if (voxel) {
         print_elements(world, described, body, out);
+        if (body->fine_elements > 0)
+            print_adapting(body, &described->voxel, &world->cells[index], out);
     } else {
         print_levels(body, described, out);
         print_springs(body, &described->surface.material, out);

@@ -8,6 +8,8 @@
 #include "io/checkpoint.h"
 #include "io/mesh_import.h"
 #include "plane/plane.h"
+#include "voxel/layout.h"
+#include "voxel/thickness.h"
 
 #include <stdlib.h>
 
@@ -133,6 +135,35 @@ static void warn_skin(const Scene *scene, const SceneBody *body, const Lattice *
                  scene->path, body->line, body->name, body->skin.file, mesh_frame(body->skin.file));
 }
 
+// Finds how coarse the surface of a body that adapts may be; the caller frees it. NULL: it does
+// not.
+#ifdef PLIANT_WITH_VOXEL
+_Static_assert((int)VOXEL_LEVELS_MAX < (int)WORLD_LEVELS, "a count for each level");
+static unsigned char *find_coarsest(const VoxelOptions *voxel, const Lattice *lattice,
+                                    WorldCells *cells)
+{
+    if (voxel->surface_level == 0)
+        return NULL;
+    size_t count = 1;
+    for (int d = 0; d < 3; d++)
+        count *= (size_t)lattice->count[d];
+    unsigned char *coarsest = malloc(count);
+    ASSERT(coarsest != NULL);
+    thickness_levels(lattice, voxel->surface_level, coarsest);
+    for (size_t c = 0; c < count; c++)
+        if (lattice->label[c] != 0)
+            cells->coarsest[coarsest[c]]++;
+    return coarsest;
+}
+#else
+static unsigned char *find_coarsest(const VoxelOptions *voxel, const Lattice *lattice,
+                                    WorldCells *cells)
+{
+    (void)voxel, (void)lattice, (void)cells;
+    return NULL;
+}
+#endif
+
 // The names of tissues and what the score watches, as the options of a body refer to them.
 typedef struct Watching {
     char name[LATTICE_MATERIALS][SCENE_LABEL_MAX];
@@ -201,6 +232,8 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         voxel.body.initial_velocity = velocity;
         world->cells[index] = summarize(&lattice);
         voxel.lattice = &lattice;
+        unsigned char *coarsest = find_coarsest(&voxel, &lattice, &world->cells[index]);
+        voxel.coarsest = coarsest;
         voxel.material = described->material;
         voxel.publish_all = scene->publish.nodes == NODES_ALL;
         voxel.field = field.value != NULL ? &field : NULL;
@@ -214,6 +247,7 @@ bool build_voxel(World *world, const Scene *scene, int index, const Prepared *pr
         warn_skin(scene, described, &lattice, &skin);
         ok = create_voxel(world, scene, described->model, &voxel, texture, look, status);
         free(watching);
+        free(coarsest);
     }
     free(position);
     free(velocity);

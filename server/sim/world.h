@@ -11,12 +11,15 @@
 #include "geometry/mesh.h"
 
 // Data of a voxel body's lattice, which is placed in the world.
+enum { WORLD_LEVELS = 6 };
 typedef struct WorldCells {
     uint64_t hash; // of everything that determines its elements
     int count[3];
     long solid;
     double size; // of a cell [m]
     LatticeShells shells;
+    // Of a body that adapts: solid cells by the coarsest level that its thickness allows there.
+    long coarsest[WORLD_LEVELS];
 } WorldCells;
 
 // A scene that has been built. The arena owns the sim; world_destroy frees everything.

@@ -340,6 +340,7 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
     for (int w = 0; w < options->weight_count; w++)
         body->mass += options->weight[w].mass;
     body->element_count = making->mesh.element_count;
+    body->fine_elements = adapts ? making->mesh.element_count : 0;
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda) *
                     sqrt(stiffening_cap(&options->stiffening));

@@ -92,6 +92,28 @@ static void note_covered(const Padded *padded, long cell, long at, void *context
         opening->level[cell] = opening->value;
 }
 
+// Gives all solid cells of an element's block the level if one of them has it: elements reach into
+// edges and corners, which no ball does.
+static void fill_blocks(const Lattice *lattice, int l, unsigned char *level)
+{
+    const int edge = 1 << l, *n = lattice->count;
+    for (int z = 0; z < n[2]; z += edge)
+        for (int y = 0; y < n[1]; y += edge)
+            for (int x = 0; x < n[0]; x += edge) {
+                bool any = false;
+                for (int pass = 0; pass < 2; pass++)
+                    for (int k = z; k < z + edge && k < n[2]; k++)
+                        for (int j = y; j < y + edge && j < n[1]; j++)
+                            for (int i = x; i < x + edge && i < n[0]; i++) {
+                                const long cell = lattice_index(lattice, i, j, k);
+                                if (pass == 0)
+                                    any |= level[cell] == l;
+                                else if (any && lattice->label[cell] != 0)
+                                    level[cell] = (unsigned char)l;
+                            }
+            }
+}
+
 void thickness_levels(const Lattice *lattice, int levels, unsigned char *level)
 {
     const size_t cells =
@@ -114,6 +136,7 @@ void thickness_levels(const Lattice *lattice, int levels, unsigned char *level)
         visit_solid(&padded, lattice, mark_middle, &opening);
         nearest_marked(padded.count, padded.marked, padded.nearest);
         visit_solid(&padded, lattice, note_covered, &opening);
+        fill_blocks(lattice, l, level);
     }
     free(padded.marked);
     free(padded.nearest);

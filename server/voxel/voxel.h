@@ -49,7 +49,10 @@ typedef struct VoxelOptions {
     // Coarsest level of elements at the surface while nothing is near; body.levels is that of inner
     // ones. 0: the body does not adapt, its surface is of the finest elements always.
     int surface_level;
-    int fine_count; // of a body that adapts
+    // Of a body that adapts: the coarsest level at the surface by cell of the lattice
+    // (thickness.h); NULL: surface_level.
+    const unsigned char *coarsest;
+    int fine_count;
     const FineRegion *fine;
     // If it can be cut:
     int split_budget;            // elements divided per tick

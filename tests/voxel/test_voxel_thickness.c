@@ -27,26 +27,45 @@ TEST(plates_have_the_level_of_their_thickness)
     }
 }
 
-// Every block of a thick body has a cell of its level, those at edges and corners, too: a block
-// keeps its level if any of its cells has it.
+// Balls do not reach into edges and corners, elements do.
 TEST(edges_and_corners_of_a_thick_body_are_thick)
 {
     enum { CELLS = 32, LEVELS = 3 };
     SCOPED(lattice_destroy) Lattice lattice = sample_box(CELLS, CELLS, CELLS);
     FREED unsigned char *level = levels_of(&lattice, LEVELS);
-    for (int l = 1; l <= LEVELS; l++) {
-        const int edge = 1 << l, blocks = CELLS / edge;
-        for (int b = 0; b < blocks * blocks * blocks; b++) {
-            const int at[3] = {b % blocks * edge, b / blocks % blocks * edge,
-                               b / blocks / blocks * edge};
-            int most = 0;
-            for (int c = 0; c < edge * edge * edge; c++) {
-                const int of = level[lattice_index(
-                    &lattice, at[0] + c % edge, at[1] + c / edge % edge, at[2] + c / edge / edge)];
-                most = of > most ? of : most;
-            }
-            assert_true(most >= l);
-        }
+    for (int c = 0; c < CELLS * CELLS * CELLS; c++)
+        assert_int_equal(level[c], LEVELS);
+}
+
+// True if a cell is nearer than r to a cell around which all cells nearer than r are solid.
+static bool is_in_a_ball(const Lattice *lattice, int r, int i, int j, int k)
+{
+    const int *n = lattice->count;
+    for (int m = 0; m < n[0] * n[1] * n[2] && lattice_label(lattice, i, j, k) != 0; m++) {
+        const int x = m % n[0], y = m / n[0] % n[1], z = m / n[0] / n[1];
+        if ((x - i) * (x - i) + (y - j) * (y - j) + (z - k) * (z - k) >= r * r)
+            continue;
+        bool solid = true;
+        for (int c = -r; c <= r && solid; c++)
+            for (int b = -r; b <= r && solid; b++)
+                for (int a = -r; a <= r && solid; a++)
+                    solid = a * a + b * b + c * c >= r * r ||
+                            lattice_label(lattice, x + a, y + b, z + c) != 0;
+        if (solid)
+            return true;
+    }
+    return false;
+}
+
+// Gives the level to all solid cells of a cell's block.
+static void give_block(const Lattice *lattice, int l, int i, int j, int k, unsigned char *level)
+{
+    const int edge = 1 << l;
+    for (int c = 0; c < edge * edge * edge; c++) {
+        const int x = (i & -edge) + c % edge, y = (j & -edge) + c / edge % edge,
+                  z = (k & -edge) + c / edge / edge;
+        if (lattice_label(lattice, x, y, z) != 0)
+            level[lattice_index(lattice, x, y, z)] = (unsigned char)l;
     }
 }
 
@@ -60,27 +79,12 @@ TEST(levels_are_those_of_the_largest_ball)
             for (int i = 0; i < 22; i++)
                 if (i >= 15 && (k < 5 || k > 9))
                     lattice.label[lattice_index(&lattice, i, j, k)] = 0;
-    FREED unsigned char *level = levels_of(&lattice, LEVELS);
-    for (int k = 0; k < 18; k++)
-        for (int j = 0; j < 20; j++)
-            for (int i = 0; i < 22; i++) {
-                int expected = 0;
-                for (int l = 1; l <= LEVELS && lattice_label(&lattice, i, j, k) != 0; l++) {
-                    // A middle within the radius whose ball of centres is solid.
-                    const int r = 2 << l;
-                    for (int m = 0; m < 22 * 20 * 18 && expected < l; m++) {
-                        const int x = m % 22, y = m / 22 % 20, z = m / 22 / 20;
-                        if ((x - i) * (x - i) + (y - j) * (y - j) + (z - k) * (z - k) >= r * r)
-                            continue;
-                        bool solid = true;
-                        for (int c = -r; c <= r && solid; c++)
-                            for (int b = -r; b <= r && solid; b++)
-                                for (int a = -r; a <= r && solid; a++)
-                                    solid = a * a + b * b + c * c >= r * r ||
-                                            lattice_label(&lattice, x + a, y + b, z + c) != 0;
-                        expected = solid ? l : expected;
-                    }
-                }
-                assert_int_equal(level[lattice_index(&lattice, i, j, k)], expected);
-            }
+    FREED unsigned char *level = levels_of(&lattice, LEVELS), *expected = zeroed(22 * 20 * 18, 1);
+    for (int l = 1; l <= LEVELS; l++)
+        for (int k = 0; k < 18; k++)
+            for (int j = 0; j < 20; j++)
+                for (int i = 0; i < 22; i++)
+                    if (is_in_a_ball(&lattice, 2 << l, i, j, k))
+                        give_block(&lattice, l, i, j, k, expected);
+    assert_memory_equal(level, expected, 22 * 20 * 18);
 }

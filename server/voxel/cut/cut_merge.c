@@ -161,6 +161,23 @@ static bool holds_by_corners(const Allowing *allowing, const CutElement *element
     return true;
 }
 
+// True if the solid is thick enough for an element.
+static bool is_thick(const Allowing *allowing, const CutElement *element)
+{
+    const VoxelOptions *options = allowing->making->options;
+    const Lattice *lattice = options->lattice;
+    const int edge = 1 << element->level, *at = element->cell;
+    if (options->coarsest == NULL)
+        return true;
+    // Any solid cell of it tells.
+    for (int c = 0; c < edge * edge * edge; c++) {
+        const int x = at[0] + c % edge, y = at[1] + c / edge % edge, z = at[2] + c / edge / edge;
+        if (lattice_label(lattice, x, y, z) != 0)
+            return options->coarsest[lattice_index(lattice, x, y, z)] >= element->level;
+    }
+    return false;
+}
+
 static bool may_be_leaf(const Allowing *allowing, int number)
 {
     const CutElement *element = &allowing->lattice->element[number];
@@ -172,7 +189,7 @@ static bool may_be_leaf(const Allowing *allowing, int number)
     const int coarsest = all & POINT_INNER ? options->body.levels : options->surface_level;
     return element->level <= coarsest && !(any & POINT_IN_PARTS) &&
            ((any & POINT_HELD) == 0 || holds_by_corners(allowing, element)) &&
-           !is_fine(allowing, element);
+           !is_fine(allowing, element) && ((all & POINT_INNER) || is_thick(allowing, element));
 }
 
 void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making)
