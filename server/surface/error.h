@@ -52,28 +52,41 @@ typedef struct ErrorNode {
     bool hangs;    // in the wall itself
     bool tied;     // hangs in the finer wall: stays between its parents
     bool fixed;
-    double area;  // of the wall itself, 0 for a new midpoint [m2]
-    double finer; // of the finer wall [m2]
-    Vec3 rest[2]; // in the wall itself, and in the finer one [m]
+    double area;    // of the wall itself, 0 for a new midpoint [m2]
+    double carried; // the same, with that of what hangs between others [m2]
+    double finer;   // of the finer wall [m2]
+    Vec3 rest[2];   // in the wall itself, and in the finer one [m]
 } ErrorNode;
 
+// The stages of a round, in order. Those from START to TURN are repeated.
 typedef enum ErrorStage {
-    ERROR_GATHER,
-    ERROR_COPY,
-    ERROR_PLACE,
-    ERROR_COARSE_LINKS,
-    ERROR_COARSE_HINGES,
-    ERROR_SPREAD,
-    ERROR_LINKS,
-    ERROR_HINGES,
-    ERROR_PREPARE,
-    ERROR_PRODUCT_LINKS,
-    ERROR_PRODUCT_HINGES,
-    ERROR_CURVATURE,
-    ERROR_MOVE,
-    ERROR_TURN,
-    ERROR_SUM,
-    ERROR_SHARE,
+    ERROR_GATHER,          // list both walls, after a change of topology
+    ERROR_COPY,            // of the rows
+    ERROR_PLACE,           // put the nodes of the finer wall
+    ERROR_COARSE_LINKS,    // forces in the wall itself
+    ERROR_COARSE_HINGES,   //
+    ERROR_COARSE_PRESSURE, //
+    ERROR_COARSE_HOLD,     //
+    ERROR_REACH,           // how far tools reach
+    ERROR_SPREAD,          // what balances those forces, for the finer wall
+    ERROR_BEGIN,           // forces in the finer wall
+    ERROR_PRESSURE,        //
+    ERROR_SWELL,           //
+    ERROR_LINKS,           //
+    ERROR_HINGES,          //
+    ERROR_HAND,            //
+    ERROR_PREPARE,         // first direction
+    ERROR_START,           // stiffness times direction
+    ERROR_PRODUCT_LINKS,   //
+    ERROR_PRODUCT_HINGES,  //
+    ERROR_GROW,            //
+    ERROR_RESIST,          //
+    ERROR_PASS,            //
+    ERROR_CURVATURE,       //
+    ERROR_MOVE,            // a step
+    ERROR_TURN,            // next direction
+    ERROR_SUM,             // what was found
+    ERROR_STAGES,
 } ErrorStage;
 
 typedef struct SurfaceError {
@@ -91,11 +104,17 @@ typedef struct SurfaceError {
 
     // --- what is compared; valid for one topology ---
     int64_t topology; // -1: none
-    int level, face;  // progress of gathering
+    int level, at;    // progress of gathering
     ErrorNet net[2];  // the wall itself, the finer one
     ErrorNode *node;  // [node_count]
     int node_count;
     bool full;
+    int (*face)[6]; // [face_count] of a cavity: corners of the leaves, midpoints of their edges
+    int face_count;
+    double rest_volume[2]; // of a cavity, with the faces as they are and with finer ones [m3]
+    int *tied;             // [tied_count] nodes
+    int tied_count;
+    double order; // by how much errors are larger than what one more level changes
     int *of_node; // [nodes of the body] or -1
     int *of_edge; // [edges of all levels] midpoints, or -1
     int *of_lip;  // [edges of the finest level] of the right side of a broken edge
@@ -103,21 +122,29 @@ typedef struct SurfaceError {
     // --- a round ---
     ErrorStage stage;
     int next, iteration;
-    char *rows;         // copy of the body's rows
-    Vec3 *coarse;       // [node_count] forces in the wall itself [N]
-    Vec3 *x, *moved;    // positions in the finer wall, and how far from where they were put [m]
-    Vec3 *rest_force;   // [N] r
-    Vec3 *way, *change; // p, K p
-    Sym3 *inverse;
-    ErrorPull *pull;
-    ErrorTurn *turn;
-    signed char *tool;         // [nodes] that holds it, or -1
-    double product, curvature; // r z, p K p
-    double step, ratio;
-    double sums[4];
+    char *rows;        // copy of the body's rows
+    Vec3 *coarse;      // [node_count] forces in the wall itself [N]
+    Vec3 *density;     // [node_count] what balances them [N/m2]
+    Vec3 *x;           // [node_count] where nodes of the finer wall are put [m]
+    Vec3 *moved;       // [node_count] how far they have moved from there, over all rounds [m]
+    Vec3 *defect;      // [node_count] forces that the finer wall does not balance [N]
+    Vec3 *way;         // [node_count] direction of the step
+    Vec3 *change;      // [node_count] stiffness times that; then the defect over the diagonal
+    Sym3 *diagonal;    // [node_count] of the stiffness [N/m], then its inverse
+    ErrorPull *pull;   // [links of the finer wall]
+    ErrorTurn *turn;   // [hinges of the finer wall]
+    bool *presses;     // [node_count] has moved into a tool
+    signed char *tool; // [node_count] that holds it, or -1
+    Vec3 *swell;       // of a cavity: dV/dx of the finer wall [m2]
+    double volume[2], pressure, yield; // of a cavity [m3], [Pa], - dp/dV [Pa/m3]
+    double grows;                      // dV/dx times the direction
+    double product[2], curvature;      // of defect and direction, before and after a step
     int tool_count;
-    Vec3 tool_at[ERROR_TOOLS], tool_force[ERROR_TOOLS], taken[ERROR_TOOLS];
-    double tool_size[ERROR_TOOLS];
+    Vec3 tool_at[ERROR_TOOLS];                              // middles of round tools [m]
+    Vec3 tool_force[ERROR_TOOLS];                           // on them [N]
+    double tool_size[ERROR_TOOLS], tool_reach[ERROR_TOOLS]; // [m]
+    Vec3 tool_coarse[ERROR_TOOLS], tool_finer[ERROR_TOOLS]; // that both walls give [N]
+    double sums[3]; // area, and squares of errors and displacements times area
 
     // --- the last complete round ---
     float *size; // [nodes of the body] of its error [m]
@@ -138,5 +165,26 @@ void surface_error_forget(SurfaceError *error);
 void surface_error_add_leaf(const SurfaceModel *model, int level, int face);
 // Returns the angle of a hinge between these points [rad].
 double surface_error_angle(const Vec3 x[4]);
+// Returns the volume between a face and the origin [m3].
+double surface_error_volume(Vec3 a, Vec3 b, Vec3 c);
+// Writes the corners of child k of a face with its midpoints.
+void surface_error_child(const int face[6], int k, int corner[3]);
+
+// --- error_force.c, error_solve.c ---
+// The stages, each for a part of its list.
+typedef void ErrorPart(const SurfaceModel *model, int first, int end);
+ErrorPart surface_error_place, surface_error_coarse_links, surface_error_coarse_hinges,
+    surface_error_coarse_pressure, surface_error_coarse_hold, surface_error_reach,
+    surface_error_spread, surface_error_begin, surface_error_pressure, surface_error_swell,
+    surface_error_links, surface_error_hinges, surface_error_hand;
+ErrorPart surface_error_prepare, surface_error_start, surface_error_product_links,
+    surface_error_product_hinges, surface_error_grow, surface_error_resist, surface_error_pass,
+    surface_error_curvature, surface_error_move, surface_error_turn;
+// Returns where a node is in the wall itself [m].
+Vec3 surface_error_coarse_place(const SurfaceModel *model, int node);
+// Adds the forces of a hinge with a moment [N m].
+void surface_error_push(const ErrorHinge *hinge, double moment, const Vec3 slope[3], Vec3 *force);
+// Returns what resists all motion of an area of the wall [N/m3].
+double surface_error_floor(const SurfaceError *error);
 
 #endif

@@ -123,7 +123,22 @@ static int find_middle(const SurfaceModel *model, int level, int face, int k)
                            : error->middle[edge];
     made.rest[COARSE] = made.rest[FINER] =
         made.tied ? half : vec3_sub(place, model->basis.rest_origin);
-    return *found = add_node(error, &made);
+    *found = add_node(error, &made);
+    if (made.tied && !error->full)
+        error->tied[error->tied_count++] = *found;
+    return *found;
+}
+
+// What hangs gives its area to its parents.
+static void carry(SurfaceError *error, int node, double area)
+{
+    ErrorNode *at = &error->node[node];
+    if (!at->hangs) {
+        at->carried += area;
+        return;
+    }
+    carry(error, at->parent[0], 0.5 * area);
+    carry(error, at->parent[1], 0.5 * area);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -148,6 +163,18 @@ double surface_error_angle(const Vec3 x[4])
     const Vec3 edge = vec3_sub(x[1], x[0]), d = vec3_sub(x[3], x[0]);
     const Vec3 left = vec3_cross(edge, vec3_sub(x[2], x[0])), right = vec3_cross(d, edge);
     return atan2(-vec3_dot(left, d) * vec3_length(edge), vec3_dot(left, right));
+}
+
+double surface_error_volume(Vec3 a, Vec3 b, Vec3 c)
+{
+    return vec3_dot(a, vec3_cross(b, c)) / 6.0;
+}
+
+void surface_error_child(const int face[6], int k, int corner[3])
+{
+    corner[0] = k < 3 ? face[k] : face[3];
+    corner[1] = k < 3 ? face[3 + k] : face[4];
+    corner[2] = k < 3 ? face[3 + (k + 2) % 3] : face[5];
 }
 
 static void add_hinge(SurfaceError *error, int which, int a, int b, int c, int d)
@@ -213,7 +240,9 @@ void surface_error_forget(SurfaceError *error)
     memset(error->of_edge, -1, (size_t)error->edge_base[error->levels->finest + 1] * sizeof(int));
     memset(error->of_lip, -1,
            (size_t)error->levels->level[error->levels->finest].edge_count * sizeof(int));
-    error->node_count = error->level = error->face = 0;
+    error->node_count = error->level = error->at = error->face_count = error->tied_count = 0;
+    error->order = 0.0;
+    error->rest_volume[COARSE] = error->rest_volume[FINER] = 0.0;
     for (int k = 0; k < 2; k++)
         error->net[k].link_count = error->net[k].hinge_count = 0;
     error->full = false;
@@ -237,8 +266,26 @@ void surface_error_add_leaf(const SurfaceModel *model, int level, int face)
     for (int k = 0; k < 3; k++) {
         // A third of the face to its corners, in the finer wall half of it to each midpoint.
         error->node[corner[k]].area += area / 3.0;
+        carry(error, corner[k], area / 3.0);
         error->node[corner[k]].finer += area / 12.0;
         error->node[middle[k]].finer += area / 4.0;
+    }
+    // Of order 2: an error is the sum of what all finer levels would change, down to one more than
+    // the finest.
+    error->order += area * (1.0 - pow(0.25, error->levels->finest + 1 - level)) / 0.75;
+    if (model->cavity != NULL) {
+        int *own = error->face[error->face_count++];
+        Vec3 x[3];
+        for (int k = 0; k < 3; k++)
+            own[k] = corner[k], own[3 + k] = middle[k], x[k] = error->node[corner[k]].rest[COARSE];
+        error->rest_volume[COARSE] += surface_error_volume(x[0], x[1], x[2]);
+        for (int k = 0; k < 4; k++) {
+            int child[3];
+            surface_error_child(own, k, child);
+            for (int j = 0; j < 3; j++)
+                x[j] = error->node[child[j]].rest[FINER];
+            error->rest_volume[FINER] += surface_error_volume(x[0], x[1], x[2]);
+        }
     }
     // Springs: whole edges of the wall itself; halves, and those between midpoints.
     for (int k = 0; k < 3; k++) {
