@@ -40,6 +40,7 @@ static void create(One *one, IntegratorKind kind, double step, double damping_ti
         .body.initial_position = position,
         .body.initial_velocity = velocity,
         .body.contact_ratio = 0.5,
+        .body.estimate_error = true,
         .body.isa = "auto"};
     Status status = {0};
     Body body = {0};
@@ -172,6 +173,7 @@ TEST(tried_steps_leave_no_trace)
         for (int w = 0; w < 2; w++) {
             const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
             scene.sim.estimate_error = w == 1;
+            scene.publish.error_hz = w == 1 ? 100.0 : 0.0; // and in space
             expect_ok(world_build(&world[w], &scene, &options, &status), status);
         }
         double most = 0.0;
