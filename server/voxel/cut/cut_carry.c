@@ -9,6 +9,7 @@
 
 enum { POINTS = 27, CENTRE = 13 };
 static const int STEP[3] = {1, 3, 9};
+static const signed char CORNER_AT[NODE_CORNERS] = {0, 2, 6, 8, 18, 20, 24, 26};
 
 // ---------------------------------------------------------------------------------------------
 // Where a point is in an element
@@ -38,16 +39,17 @@ static unsigned present_of(const CutScratch *scratch, const int *node)
     return present;
 }
 
-// The middles of an element's edges and of its faces, and along which axes their ends are.
+// The middles of an element's edges and of its faces, in the order of nodes, and along which axes
+// the points are that they are between.
 typedef struct Middle {
-    signed char at, a, b; // b -1: of an edge
+    signed char at, a, b; // b: of a face
 } Middle;
 
 enum { EDGES = 12, MIDDLES = 18 };
 static const Middle MIDDLE[MIDDLES] = {
-    {1, 0, -1},  {7, 0, -1},  {19, 0, -1}, {25, 0, -1}, {3, 1, -1},  {5, 1, -1},
-    {21, 1, -1}, {23, 1, -1}, {9, 2, -1},  {11, 2, -1}, {15, 2, -1}, {17, 2, -1},
-    {12, 1, 2},  {14, 1, 2},  {10, 2, 0},  {16, 2, 0},  {4, 0, 1},   {22, 0, 1},
+    {1, 0, 0},  {7, 0, 0},  {19, 0, 0}, {25, 0, 0}, {3, 1, 1},  {5, 1, 1},
+    {21, 1, 1}, {23, 1, 1}, {9, 2, 2},  {11, 2, 2}, {15, 2, 2}, {17, 2, 2},
+    {12, 1, 2}, {14, 1, 2}, {10, 2, 0}, {16, 2, 0}, {4, 0, 1},  {22, 0, 1},
 };
 
 int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3],
@@ -78,11 +80,11 @@ int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3]
         const Middle *middle = &MIDDLE[m];
         if (w[middle->at] == 0.0 || (present >> middle->at & 1))
             continue;
-        const double part = w[middle->at] * (middle->b < 0 ? 0.5 : 0.25);
+        const double part = w[middle->at] * (m < EDGES ? 0.5 : 0.25);
         w[middle->at] = 0.0;
         for (int side = -1; side <= 1; side += 2) {
             w[middle->at + side * STEP[middle->a]] += part;
-            if (middle->b >= 0)
+            if (m >= EDGES)
                 w[middle->at + side * STEP[middle->b]] += part;
         }
     }
@@ -96,93 +98,22 @@ int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3]
 // ---------------------------------------------------------------------------------------------
 // Rows
 
-// Numbers of all points of an element: a row each.
-typedef struct PointRows {
-    double at[POINTS][ROW];
-} PointRows;
+typedef float SingleNumbers __attribute__((vector_size(ROW * sizeof(float))));
+typedef double DoubleNumbers __attribute__((vector_size(ROW * sizeof(double))));
 
-static inline __attribute__((always_inline)) void mean_of(PointRows *rows, int at, int a, int b)
-{
-    for (int k = 0; k < ROW; k++)
-        rows->at[at][k] = 0.5 * (rows->at[at - STEP[a]][k] + rows->at[at + STEP[a]][k]);
-    for (int k = 0; k < ROW && b >= 0; k++)
-        rows->at[at][k] =
-            0.5 * (rows->at[at][k] + 0.5 * (rows->at[at - STEP[b]][k] + rows->at[at + STEP[b]][k]));
-}
+#define REAL    float
+#define NUMBERS SingleNumbers
+#define FILL    fill_single
+#define PUT     put_single
+#define UPDATE  update_single
+#include "voxel/cut/cut_carry_rows.h"
 
-static inline __attribute__((always_inline)) void
-fill_points(const CutCarry *carry, int leaf, const void *row, bool single, PointRows *rows)
-{
-    const CutScratch *scratch = carry->lattice->scratch;
-    const int *node = cut_lattice_nodes(carry->lattice, leaf);
-    unsigned present = 0;
-    for (int at = 0; at < POINTS; at++) {
-        const int v = scratch->node_at[at] < 0 ? -1 : node[scratch->node_at[at]];
-        if (v < 0)
-            continue;
-        present |= 1u << at;
-        for (int k = 0; k < ROW; k++)
-            rows->at[at][k] = single ? (double)((const float *)row)[(long)v * ROW + k]
-                                     : ((const double *)row)[(long)v * ROW + k];
-    }
-    // Edges before faces.
-    for (int m = 0; m < MIDDLES; m++)
-        if (!(present >> MIDDLE[m].at & 1))
-            mean_of(rows, MIDDLE[m].at, MIDDLE[m].a, MIDDLE[m].b);
-    for (int k = 0; k < ROW; k++) {
-        double sum = 0.0;
-        for (int c = 0; c < 8; c++)
-            sum += rows->at[2 * (c & 1) + 6 * (c >> 1 & 1) + 18 * (c >> 2)][k];
-        rows->at[CENTRE][k] = 0.125 * sum;
-    }
-}
-
-// Interpolates along the axes on which a site is not at a point.
-static inline __attribute__((always_inline)) void put_row(const PointRows *rows, CarrySite site,
-                                                          int vertex, void *row, bool single)
-{
-    double value[4][ROW];
-    int count = 1, from[4] = {site.low};
-    // Along x while reading, then along y and z.
-    if (site.share[1] > 0) {
-        from[count] = from[0] + STEP[1];
-        count++;
-    }
-    if (site.share[2] > 0) {
-        for (int c = 0; c < count; c++)
-            from[count + c] = from[c] + STEP[2];
-        count *= 2;
-    }
-    const double x = (double)site.share[0] / CARRY_SHARES;
-    for (int c = 0; c < count; c++)
-        for (int k = 0; k < ROW; k++) {
-            const double low = rows->at[from[c]][k];
-            value[c][k] = site.share[0] > 0 ? low + x * (rows->at[from[c] + 1][k] - low) : low;
-        }
-    for (int d = 2; d >= 1; d--) {
-        const double share = (double)site.share[d] / CARRY_SHARES;
-        if (site.share[d] == 0)
-            continue;
-        count /= 2;
-        for (int c = 0; c < count; c++)
-            for (int k = 0; k < ROW; k++)
-                value[c][k] += share * (value[count + c][k] - value[c][k]);
-    }
-    for (int k = 0; k < ROW; k++)
-        if (single)
-            ((float *)row)[(long)vertex * ROW + k] = (float)value[0][k];
-        else
-            ((double *)row)[(long)vertex * ROW + k] = value[0][k];
-}
-
-static inline __attribute__((always_inline)) void update_leaf(const CutCarry *carry, int leaf,
-                                                              void *row, bool single)
-{
-    PointRows rows;
-    fill_points(carry, leaf, row, single, &rows);
-    for (int v = carry->first[leaf - carry->lattice->level_first[1]]; v >= 0; v = carry->next[v])
-        put_row(&rows, carry->site[v], v, row, single);
-}
+#define REAL    double
+#define NUMBERS DoubleNumbers
+#define FILL    fill_double
+#define PUT     put_double
+#define UPDATE  update_double
+#include "voxel/cut/cut_carry_rows.h"
 
 static bool is_single(const CutCarry *carry)
 {
@@ -193,10 +124,10 @@ void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, in
 {
     if (is_single(carry))
         for (int k = 0; k < count; k++)
-            update_leaf(carry, leaf[k], row, true);
+            update_single(carry, leaf[k], row);
     else
         for (int k = 0; k < count; k++)
-            update_leaf(carry, leaf[k], row, false);
+            update_double(carry, leaf[k], row);
 }
 
 void cut_carry_update(CutCarry *carry, void *row)
