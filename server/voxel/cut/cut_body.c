@@ -42,7 +42,7 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
     if (!cut_lattice_has_room(lattice, faces)) {
         outcome->verdict = CUT_NO_NODES;
         outcome->needed = 4 * faces;
-        outcome->room = lattice->vertex_capacity - cut_lattice_used(lattice);
+        outcome->room = cut_parts_room(lattice);
         return false;
     }
     if (!cut_faces_has_room(&cuts->faces, faces, &outcome->needed, &outcome->room)) {
@@ -60,8 +60,8 @@ static bool break_faces(VoxelCuts *cuts, Body *body, AccountCause cause, const i
 {
     if (cuts->fit != NULL)
         cut_fit_keep(cuts->fit, face, crossing, count);
-    const int before = cut_lattice_used(&cuts->lattice);
     cut_lattice_break(&cuts->lattice, face, count);
+    const int added = cuts->lattice.changes.birth_count;
     const bool pieces_came = cut_pieces_follow(&cuts->pieces, face, count);
     if (pieces_came)
         cut_account_count(&cuts->account);
@@ -69,7 +69,7 @@ static bool break_faces(VoxelCuts *cuts, Body *body, AccountCause cause, const i
     const bool changed = cut_body_follow(cuts, body, false, pieces_came, change);
     outcome->verdict = CUT_DONE;
     outcome->separated = count;
-    outcome->nodes_added = cut_lattice_used(&cuts->lattice) - before;
+    outcome->nodes_added = added;
     outcome->pieces = cut_pieces_count(&cuts->pieces);
     outcome->small_pieces = cuts->pieces.small_count;
     return changed;

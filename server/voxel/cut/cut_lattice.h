@@ -168,6 +168,8 @@ static inline int cut_lattice_child(const CutLattice *lattice, int element, int 
 {
     const CutElement *of = &lattice->element[element];
     const unsigned below = of->children & ((1u << c) - 1);
+    if (of->children == 0xff) // counting takes longer
+        return of->child + c;
     return of->children >> c & 1 ? of->child + __builtin_popcount(below) : -1;
 }
 // Returns which child of its parent an element is.

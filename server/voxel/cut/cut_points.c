@@ -207,13 +207,18 @@ void cut_points_find_anchors(CutLattice *lattice)
             lattice->anchor[v] = (signed char)cut_points_anchor_of(lattice, lattice->vertex_id[v]);
 }
 
-void cut_points_add(CutLattice *lattice, int vertex)
+// Lists a vertex at its point, which is known.
+static void enter_list(CutScratch *scratch, int vertex)
 {
-    CutScratch *scratch = lattice->scratch;
-    point_of_id(lattice, lattice->vertex_id[vertex], scratch->point[vertex]);
     const int index = cut_parts_index(scratch, scratch->point[vertex]);
     scratch->next[vertex] = scratch->head[index];
     scratch->head[index] = vertex;
+}
+
+void cut_points_add(CutLattice *lattice, int vertex)
+{
+    point_of_id(lattice, lattice->vertex_id[vertex], lattice->scratch->point[vertex]);
+    enter_list(lattice->scratch, vertex);
 }
 
 static void leave_list(CutLattice *lattice, int vertex)
@@ -312,7 +317,8 @@ void cut_points_list_parents(CutScratch *scratch)
 static int vertex_in(const CutLattice *lattice, int element, int offset)
 {
     const int at[3] = {offset % 3, offset / 3 % 3, offset / 9};
-    for (int c = 0; c < 8; c++) {
+    const int first = at[0] / 2 + at[1] / 2 * 2 + at[2] / 2 * 4;
+    for (int c = first; c < 8; c++) {
         const int k[3] = {at[0] - (c & 1), at[1] - (c >> 1 & 1), at[2] - (c >> 2)};
         const int child = cut_lattice_child(lattice, element, c);
         if (child >= 0 && ((k[0] | k[1] | k[2]) & ~1) == 0)
@@ -376,8 +382,9 @@ static int add_vertex(CutLattice *lattice, int id, int anchor, const int point[3
     const int v = take_row(lattice);
     lattice->vertex_id[v] = id;
     lattice->anchor[v] = (signed char)anchor;
+    memcpy(lattice->scratch->point[v], point, sizeof lattice->scratch->point[v]);
+    enter_list(lattice->scratch, v);
     list_birth(lattice, v, point, origin, of, false);
-    cut_points_add(lattice, v);
     return v;
 }
 

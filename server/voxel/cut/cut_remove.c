@@ -4,6 +4,7 @@
 #include "base/check.h"
 #include "voxel/cut/cut_body.h"
 #include "voxel/cut/cut_near.h"
+#include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
 #include <math.h>
@@ -199,7 +200,6 @@ bool cut_body_take(Body *body, const int *cell, int count, const Region *mouth,
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
     const void *row = vertices_row(&model->vertices);
-    const int before = cut_lattice_used(&cuts->lattice);
     for (int k = 0; k < count; k++) {
         add_cell(cuts, row, cell[k], outcome);
         cuts->gone[cuts->lattice.element[cell[k]].material - 1]++;
@@ -212,12 +212,13 @@ bool cut_body_take(Body *body, const int *cell, int count, const Region *mouth,
     cut_account_remove(&cuts->account, cell, count);
     cut_pieces_expect(&cuts->pieces, cell, count);
     cut_lattice_remove(&cuts->lattice, cell, count);
+    const int added = cuts->lattice.changes.birth_count;
     const bool came = cut_pieces_remove(&cuts->pieces, cell, count);
     cut_account_follow(&cuts->account, came);
     const bool changed = cut_body_follow(cuts, body, false, came, change);
     weigh(cuts, body);
     outcome->verdict = CUT_DONE;
-    outcome->nodes_added = cut_lattice_used(&cuts->lattice) - before;
+    outcome->nodes_added = added;
     outcome->pieces = cut_pieces_count(&cuts->pieces);
     outcome->small_pieces = cuts->pieces.small_count;
     return changed;
@@ -241,7 +242,7 @@ static bool has_room(const VoxelCuts *cuts, int cells, RemovalOutcome *outcome)
     const CutLattice *lattice = &cuts->lattice;
     outcome->verdict = CUT_NO_NODES;
     outcome->needed = 16 * cells;
-    outcome->room = lattice->vertex_capacity - cut_lattice_used(lattice);
+    outcome->room = cut_parts_room(lattice);
     if (!cut_lattice_has_room_to_remove(lattice, cells))
         return false;
     outcome->verdict = CUT_NO_FACES;

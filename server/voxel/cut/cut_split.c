@@ -209,23 +209,23 @@ void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *ou
 {
     const CutElement *middle = &lattice->element[element];
     const int step = 1 << (middle->level - 1), *at = middle->cell;
-    // A leaf fills its blocks of the grid, and void is never a part of one. Beyond the lattice and
-    // the margin of its grid is nothing.
-    bool inside[3][4];
-    for (int d = 0; d < 3; d++)
-        for (int k = 0; k < 4; k++) {
-            const int low = at[d] + (k - 1) * step;
-            inside[d][k] = low >= 0 && low < lattice->count[d];
-        }
+    // A leaf fills its blocks of the grid, and void is never a part of one. Beyond the lattice, of
+    // which the grid has a margin of one cell, is nothing.
+    const bool low = at[0] > 0, high = at[0] + 2 * step < lattice->count[0];
     for (int z = 0; z < 4; z++)
-        for (int y = 0; y < 4; y++)
-            for (int x = 0; x < 4; x++)
-                out->leaf[z][y][x] =
-                    inside[0][x] && inside[1][y] && inside[2][z]
-                        ? lattice->scratch
-                              ->grid[cut_parts_grid(lattice, at[0] + (x - 1) * step,
-                                                    at[1] + (y - 1) * step, at[2] + (z - 1) * step)]
-                        : -1;
+        for (int y = 0; y < 4; y++) {
+            const int j = at[1] + (y - 1) * step, k = at[2] + (z - 1) * step;
+            int *to = out->leaf[z][y];
+            if (j < 0 || j >= lattice->count[1] || k < 0 || k >= lattice->count[2]) {
+                to[0] = to[1] = to[2] = to[3] = -1;
+                continue;
+            }
+            const int *row = &lattice->scratch->grid[cut_parts_grid(lattice, at[0], j, k)];
+            to[0] = low ? row[-step] : -1;
+            to[1] = row[0];
+            to[2] = row[step];
+            to[3] = high ? row[2 * step] : -1;
+        }
 }
 
 // Returns the point at an offset in half edges of an element, and the leaves around it.
