@@ -132,7 +132,7 @@ static void list_leaves(Coarse *c)
     for (at[2] = 0; at[2] < c->count[2]; at[2]++)
         for (at[1] = 0; at[1] < c->count[1]; at[1]++)
             for (at[0] = 0; at[0] < c->count[0]; at[0]++) {
-                const int level = c->level[cell_at(c, at)], edge = 1 << level;
+                const int level = c->level[cell_at(c, at)], edge = level < 0 ? 0 : 1 << level;
                 if (level < 0 || c->leaf[cell_at(c, at)] >= 0)
                     continue;
                 Leaf *leaf = &layout->leaf[layout->leaf_count];

@@ -95,7 +95,7 @@ static double (*kernel_forces(const CutWorld *world, double *energy))[4]
     batch_runs_evaluate(world->model->batches, &pass, BATCHES_ALL);
     if (force != out[0]) {
         for (size_t i = 0; i < count * 4; i++)
-            out[0][i] = (double)((float *)force)[i];
+            out[i / 4][i % 4] = (double)((float *)force)[i];
         free(force);
     }
     return out;
