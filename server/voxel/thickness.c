@@ -74,7 +74,8 @@ static void note_depth(const Padded *padded, long cell, long at, void *context)
 // A level whose balls are looked for.
 typedef struct Opening {
     const long *depth; // [cells of the lattice]
-    long square;       // of the radius of its ball [cells]
+    long square;       // of the radius of its ball [cells],
+    long reach;        // and of that with an element's edge
     unsigned char value, *level;
 } Opening;
 
@@ -88,7 +89,7 @@ static void note_covered(const Padded *padded, long cell, long at, void *context
 {
     const Opening *opening = context;
     const int middle = padded->nearest[at];
-    if (middle >= 0 && apart(padded, at, middle) < opening->square)
+    if (middle >= 0 && apart(padded, at, middle) < opening->reach)
         opening->level[cell] = opening->value;
 }
 
@@ -130,8 +131,8 @@ void thickness_levels(const Lattice *lattice, int levels, unsigned char *level)
     // From level to level larger balls, with their middles where these fit.
     memset(level, 0, cells);
     for (int l = 1; l <= levels; l++) {
-        const long radius = THICKNESS_ELEMENTS / 2L << l;
-        Opening opening = {depth, radius * radius, (unsigned char)l, level};
+        const long radius = THICKNESS_ELEMENTS / 2L << l, reach = radius + (1L << l);
+        Opening opening = {depth, radius * radius, reach * reach, (unsigned char)l, level};
         memset(padded.marked, 0, (size_t)padded.cells * sizeof *padded.marked);
         visit_solid(&padded, lattice, mark_middle, &opening);
         nearest_marked(padded.count, padded.marked, padded.nearest);

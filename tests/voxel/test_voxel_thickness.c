@@ -37,13 +37,14 @@ TEST(edges_and_corners_of_a_thick_body_are_thick)
         assert_int_equal(level[c], LEVELS);
 }
 
-// True if a cell is nearer than r to a cell around which all cells nearer than r are solid.
-static bool is_in_a_ball(const Lattice *lattice, int r, int i, int j, int k)
+// True if a cell is nearer than r and an edge to a cell around which all cells nearer than r are
+// solid.
+static bool is_in_a_ball(const Lattice *lattice, int r, int edge, int i, int j, int k)
 {
-    const int *n = lattice->count;
+    const int *n = lattice->count, reach = r + edge;
     for (int m = 0; m < n[0] * n[1] * n[2] && lattice_label(lattice, i, j, k) != 0; m++) {
         const int x = m % n[0], y = m / n[0] % n[1], z = m / n[0] / n[1];
-        if ((x - i) * (x - i) + (y - j) * (y - j) + (z - k) * (z - k) >= r * r)
+        if ((x - i) * (x - i) + (y - j) * (y - j) + (z - k) * (z - k) >= reach * reach)
             continue;
         bool solid = true;
         for (int c = -r; c <= r && solid; c++)
@@ -84,7 +85,7 @@ TEST(levels_are_those_of_the_largest_ball)
         for (int k = 0; k < 18; k++)
             for (int j = 0; j < 20; j++)
                 for (int i = 0; i < 22; i++)
-                    if (is_in_a_ball(&lattice, 2 << l, i, j, k))
+                    if (is_in_a_ball(&lattice, 2 << l, 1 << l, i, j, k))
                         give_block(&lattice, l, i, j, k, expected);
     assert_memory_equal(level, expected, 22 * 20 * 18);
 }
