@@ -43,6 +43,11 @@
 #define STIFF(modulus) "material = { " modulus " }; time_step = 1e-3; "
 #define UNIFORM        "spring_stiffness = 60.0; node_mass = 1.0e-3; "
 
+// Thick enough to adapt.
+#define EIGHT          VOXELS("generator = \"box\"; count = 8; size = 0.01125;")
+#define ADAPTING(more) "levels = { inside = 1; surface = 1; " more " };"
+#define FINE_BALL      "sphere = [0.0, 0.0, 0.05]; radius = 0.02;"
+
 static const char *const PRESET[KEY_MODELS][PARTS] = {
     {"", "name = \"a\";", SPHERE("subdivisions = 2;"), "", "", PROBE(""), LOAD(PUSH), ""},
     {"", "name = \"a\";", BOX("count = 6;"), "", "", PROBE(""), LOAD(PUSH), ""},
@@ -165,6 +170,17 @@ const KeyRow KEY_ROWS[] = {
     {MOVES(LEVELS, inside, V, BODY, "levels = { inside = 0; };", "levels = { inside = 1; };")},
     {REFUSES(LEVELS, surface, V, BODY, "levels = { inside = 1; surface = 2; };",
              "exceeds levels.inside 1")},
+    {MOVES(LEVELS, surface, V, BODY, "levels = { inside = 1; };",
+           "levels = { inside = 1; surface = 1; };"),
+     .also = {{SOURCE, EIGHT}}},
+    {MOVES(LEVELS, fine, V, BODY, ADAPTING(""), ADAPTING("fine = ( { " FINE_BALL " } );")),
+     .also = {{SOURCE, EIGHT}}},
+    {MOVES(FINE, sphere, V, BODY, ADAPTING("fine = ( { " FINE_BALL " } );"),
+           ADAPTING("fine = ( { sphere = [0.0, 0.0, -0.05]; radius = 0.02; } );")),
+     .also = {{SOURCE, EIGHT}}},
+    {MOVES(FINE, radius, V, BODY, ADAPTING("fine = ( { " FINE_BALL " } );"),
+           ADAPTING("fine = ( { sphere = [0.0, 0.0, 0.05]; radius = 0.04; } );")),
+     .also = {{SOURCE, EIGHT}}},
     {REFUSES(LEVELS, fine, V, BODY,
              "levels = { fine = ( { sphere = [0, 0, 0]; radius = 1.0; } ); };",
              "means nothing without levels.surface")},

@@ -583,6 +583,5 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     // Published nodes come and go with the faces.
     model->node = cuts->faces.slot_vertex;
     model->node_count = cuts->faces.slot_count;
-    body->element_count = cuts->lattice.leaf_count;
     return true;
 }
