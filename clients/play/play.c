@@ -11,6 +11,7 @@
 
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
+#include "error_lines.h"
 #include "ledger_lines.h"
 #include "pliant_event_t.h"
 #include "pliant_lcmtypes.h"
@@ -153,8 +154,8 @@ typedef struct Play {
     double rate_hz;
     float *force; // [tools][force_parts]
     int force_parts;
-    uint32_t status_sequence, playback_sequence, event_sequence, ledger_sequence;
-    int ledger; // that was published last
+    uint32_t status_sequence, playback_sequence, event_sequence, ledger_sequence, error_sequence;
+    int ledger, errors; // that were published last
     int64_t status_ns, playback_ns, whole_ns, tools_ns, frame_ns;
 } Play;
 
@@ -546,6 +547,27 @@ static bool publish_ledger(Play *play, bool again, Status *status)
     return true;
 }
 
+// The same of errors.
+static bool publish_errors(Play *play, bool again, Status *status)
+{
+    RecordingLedger line[ERRORS_LINES];
+    ErrorParts parts;
+    int count;
+    const int number = timeline_find_errors(play->timeline, play->shown);
+    if (number == 0 || (number == play->errors && !again))
+        return true;
+    if (!timeline_errors(play->timeline, number, line, &count, status))
+        return false;
+    char channel[CLIENT_CHANNEL_MAX];
+    pliant_error_t message = error_message(line, count, &parts);
+    message.utime = client_utime();
+    message.sequence = (int32_t)++play->error_sequence;
+    client_channel(&play->client, "ERROR", NULL, channel);
+    pliant_error_t_publish(play->client.lcm, channel, &message);
+    play->errors = number;
+    return true;
+}
+
 static void publish_playback(Play *play, bool whole)
 {
     char channel[CLIENT_CHANNEL_MAX], text[MARKS][MARK_TEXT];
@@ -647,7 +669,7 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     if (is_due(&play->status_ns, now_ns, STATUS_MS))
         publish_status(play);
     const bool whole = is_due(&play->whole_ns, now_ns, WHOLE_MS);
-    if (!publish_ledger(play, whole, status))
+    if (!publish_ledger(play, whole, status) || !publish_errors(play, whole, status))
         return false;
     if (whole) {
         sender_repeat(&play->sender, false);

@@ -23,12 +23,27 @@ typedef struct Part {
     double gap[TOOLS];  // a tool without a row for longer was withdrawn [s]
 } Part;
 
-// Where a ledger is.
+// Where the lines of a ledger, or of errors, are.
 typedef struct TimelineLedger {
     double time; // [s]
     int part, count;
-    int64_t first; // of its lines
+    int64_t first;
 } TimelineLedger;
+
+enum { LEDGERS, ERRORS, LISTS };
+
+typedef struct TimelineLines {
+    TimelineLedger *at; // [count], times rise
+    int count;
+} TimelineLines;
+
+// How each is read; `most` lines belong together.
+static const struct {
+    bool (*read)(RecordingReader *reader, int64_t first, int rows, RecordingLedger *line,
+                 Status *status);
+    int most;
+} LIST[LISTS] = {[LEDGERS] = {recording_reader_ledger, LEDGER_LINES},
+                 [ERRORS] = {recording_reader_errors, ERRORS_LINES}};
 
 struct Timeline {
     Part part[TIMELINE_PARTS];
@@ -41,8 +56,7 @@ struct Timeline {
     TimelineEvent *event;
     int events;
     int64_t left_out;
-    TimelineLedger *ledger; // [ledgers], times rise
-    int ledgers;
+    TimelineLines lines[LISTS];
 };
 
 // --- opening -------------------------------------------------------------------------------------
@@ -221,46 +235,51 @@ static bool read_events(Timeline *timeline, Status *status)
     return true;
 }
 
-// Adds line `row` of a part; `before`: what the line before it is of. A ledger begins with its
-// bodies.
-static void add_line(Timeline *timeline, int p, int64_t row, const RecordingLedger *line,
-                     int before)
+// Adds line `row` of a part; `before`: the one before it. A ledger begins with its bodies, as
+// errors do; those of another step are others.
+static void add_line(Timeline *timeline, int list, int p, int64_t row, const RecordingLedger *line,
+                     const RecordingLedger *before)
 {
     const double time = line->time + timeline->part[p].offset;
-    TimelineLedger *last = timeline->ledgers > 0 ? &timeline->ledger[timeline->ledgers - 1] : NULL;
-    if (line->line != LEDGER_BODY || before == LEDGER_BODY) {
+    TimelineLines *lines = &timeline->lines[list];
+    TimelineLedger *last = lines->count > 0 ? &lines->at[lines->count - 1] : NULL;
+    if (line->line != LEDGER_BODY || (before->line == LEDGER_BODY && before->step == line->step)) {
         if (last != NULL && last->part == p && last->first + last->count == row)
-            last->count += last->count < LEDGER_LINES;
+            last->count += last->count < LIST[list].most;
         return;
     }
-    if (timeline->ledgers == TIMELINE_LEDGERS || !(time < part_end(timeline, p)) ||
+    if (lines->count == TIMELINE_LEDGERS || !(time < part_end(timeline, p)) ||
         (last != NULL && time < last->time))
         return;
-    timeline->ledger[timeline->ledgers++] =
-        (TimelineLedger){.time = time, .part = p, .count = 1, .first = row};
+    lines->at[lines->count++] = (TimelineLedger){.time = time, .part = p, .count = 1, .first = row};
 }
 
-static bool read_ledgers(Timeline *timeline, Status *status)
+static int64_t lines_of(const Timeline *timeline, int list, int p)
+{
+    const RecordingInfo *info = recording_reader_info(timeline->part[p].reader);
+    return list == LEDGERS ? info->ledger : info->errors;
+}
+
+static bool read_lines(Timeline *timeline, int list, Status *status)
 {
     enum { BLOCK = 256 };
     RecordingLedger block[BLOCK];
     int64_t most = 0;
     for (int p = 0; p < timeline->parts; p++)
-        most += recording_reader_info(timeline->part[p].reader)->ledger;
+        most += lines_of(timeline, list, p);
     most = most < TIMELINE_LEDGERS ? most : TIMELINE_LEDGERS;
-    timeline->ledger = calloc((size_t)most + 1, sizeof *timeline->ledger);
-    ASSERT(timeline->ledger != NULL);
+    timeline->lines[list].at = calloc((size_t)most + 1, sizeof *timeline->lines[list].at);
+    ASSERT(timeline->lines[list].at != NULL);
     for (int p = 0; p < timeline->parts; p++) {
-        RecordingReader *reader = timeline->part[p].reader;
-        const int64_t count = recording_reader_info(reader)->ledger;
-        int before = LEDGER_REGION;
+        const int64_t count = lines_of(timeline, list, p);
+        RecordingLedger before = {.line = LEDGER_REGION};
         for (int64_t first = 0; first < count; first += BLOCK) {
             const int rows = (int)(count - first < BLOCK ? count - first : BLOCK);
-            if (!recording_reader_ledger(reader, first, rows, block, status))
+            if (!LIST[list].read(timeline->part[p].reader, first, rows, block, status))
                 return false;
             for (int i = 0; i < rows; i++) {
-                add_line(timeline, p, first + i, &block[i], before);
-                before = block[i].line;
+                add_line(timeline, list, p, first + i, &block[i], &before);
+                before = block[i];
             }
         }
     }
@@ -283,7 +302,9 @@ Timeline *timeline_open(char *const *path, int count, Status *status)
         // The end is that of the part that is shown last.
         const Part *last = &timeline->part[timeline->parts - 1];
         timeline->end = last->last + last->offset;
-        ok = read_events(timeline, status) && read_ledgers(timeline, status);
+        ok = read_events(timeline, status);
+        for (int list = 0; list < LISTS && ok; list++)
+            ok = read_lines(timeline, list, status);
     }
     if (ok)
         return timeline;
@@ -298,7 +319,8 @@ void timeline_close(Timeline *timeline)
     for (int i = 0; i < timeline->parts; i++)
         recording_reader_close(timeline->part[i].reader);
     free(timeline->event);
-    free(timeline->ledger);
+    for (int list = 0; list < LISTS; list++)
+        free(timeline->lines[list].at);
     free(timeline);
 }
 
@@ -590,12 +612,12 @@ const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64
     return timeline->event;
 }
 
-int timeline_find_ledger(const Timeline *timeline, double time)
+static int find_lines(const TimelineLines *lines, double time)
 {
-    int below = -1, above = timeline->ledgers;
+    int below = -1, above = lines->count;
     while (above - below > 1) {
         const int middle = below + (above - below) / 2;
-        if (timeline->ledger[middle].time <= time + SAME_S)
+        if (lines->at[middle].time <= time + SAME_S)
             below = middle;
         else
             above = middle;
@@ -603,12 +625,34 @@ int timeline_find_ledger(const Timeline *timeline, double time)
     return below + 1;
 }
 
+static bool take_lines(Timeline *timeline, int list, int number, RecordingLedger *line, int *count,
+                       Status *status)
+{
+    const TimelineLines *lines = &timeline->lines[list];
+    ASSERT(number > 0 && number <= lines->count);
+    const TimelineLedger *at = &lines->at[number - 1];
+    *count = at->count;
+    return LIST[list].read(timeline->part[at->part].reader, at->first, at->count, line, status);
+}
+
+int timeline_find_ledger(const Timeline *timeline, double time)
+{
+    return find_lines(&timeline->lines[LEDGERS], time);
+}
+
 bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
                      Status *status)
 {
-    ASSERT(number > 0 && number <= timeline->ledgers);
-    const TimelineLedger *at = &timeline->ledger[number - 1];
-    *count = at->count;
-    return recording_reader_ledger(timeline->part[at->part].reader, at->first, at->count, line,
-                                   status);
+    return take_lines(timeline, LEDGERS, number, line, count, status);
+}
+
+int timeline_find_errors(const Timeline *timeline, double time)
+{
+    return find_lines(&timeline->lines[ERRORS], time);
+}
+
+bool timeline_errors(Timeline *timeline, int number, RecordingLedger line[ERRORS_LINES], int *count,
+                     Status *status)
+{
+    return take_lines(timeline, ERRORS, number, line, count, status);
 }

@@ -94,5 +94,9 @@ const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64
 int timeline_find_ledger(const Timeline *timeline, double time);
 bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
                      Status *status);
+// The same of errors.
+int timeline_find_errors(const Timeline *timeline, double time);
+bool timeline_errors(Timeline *timeline, int number, RecordingLedger line[ERRORS_LINES], int *count,
+                     Status *status);
 
 #endif

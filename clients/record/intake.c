@@ -8,13 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error_lines.h"
 #include "ledger_lines.h"
 #include "pliant_event_t.h"
 #include "pliant_walls_t.h"
 
 void intake_create(Intake *intake, const IntakeOptions *options, Queue *queue)
 {
-    *intake = (Intake){.options = *options, .queue = queue};
+    *intake = (Intake){.options = *options, .queue = queue, .errors_step = -1};
     for (int i = 0; i < ITEM_BODIES; i++)
         intake->body[i].file_index = -1;
     for (int i = 0; i < ITEM_TOOLS; i++) {
@@ -105,7 +106,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
 static void push_ledger(Intake *intake)
 {
     if (intake->open && intake->ledger_count > 0)
-        queue_push(intake->queue, item_ledger(intake->ledger, intake->ledger_count),
+        queue_push(intake->queue, item_lines(ITEM_LEDGER, intake->ledger, intake->ledger_count),
                    intake->options.when_full);
 }
 
@@ -127,6 +128,24 @@ static void take_ledger(Intake *intake, const void *data, size_t size)
     memcpy(intake->ledger, line, bytes);
     intake->ledger_count = count;
     push_ledger(intake);
+}
+
+static void take_errors(Intake *intake, const void *data, size_t size)
+{
+    pliant_error_t message;
+    RecordingLedger line[ERRORS_LINES];
+    if (!wire_check(&WIRE_ERROR, data, size) ||
+        pliant_error_t_decode(data, 0, (int)size, &message) < 0) {
+        intake->survey.refused++;
+        return;
+    }
+    const int count = error_lines(&message, line);
+    pliant_error_t_decode_cleanup(&message);
+    // A server sends the last ones again to who asks.
+    if (count == 0 || !intake->open || line->step == intake->errors_step)
+        return;
+    intake->errors_step = line->step;
+    queue_push(intake->queue, item_lines(ITEM_ERRORS, line, count), intake->options.when_full);
 }
 
 // --- meshes --------------------------------------------------------------------------------------
@@ -348,6 +367,7 @@ static void restart(Intake *intake)
     intake_end(intake);
     intake->restarts++;
     intake->ledger_count = 0;
+    intake->errors_step = -1;
     for (int i = 0; i < intake->survey.body_count; i++)
         forget(&intake->body[i]);
     for (int i = 0; i < ITEM_TOOLS; i++)
@@ -510,6 +530,8 @@ void intake_take(Intake *intake, const char *channel, const void *data, size_t s
         take_event(intake, data, size);
     else if (strcmp(name, "LEDGER") == 0)
         take_ledger(intake, data, size);
+    else if (strcmp(name, "ERROR") == 0)
+        take_errors(intake, data, size);
     else if (strcmp(name, "STATUS") == 0)
         survey_take_status(&intake->survey, data, size);
     else if (strcmp(name, "REPLY") == 0)

@@ -59,6 +59,7 @@ typedef struct Intake {
     int64_t events_lost;
     RecordingLedger ledger[LEDGER_LINES]; // the newest, which a file begins with
     int ledger_count;
+    int64_t errors_step; // of the last ones in the file; -1: none
     bool open;           // a file has begun
     int files;           // begun so far
     int restarts;        // of the daemon

@@ -63,7 +63,7 @@ static bool subscribe_bodies(Live *live)
 
 static bool subscribe(Live *live, PliantError *error)
 {
-    static const char *const names[] = {"STATUS", "EVENT", "CONTACT", "REPLY", "LEDGER"};
+    static const char *const names[] = {"STATUS", "EVENT", "CONTACT", "REPLY", "LEDGER", "ERROR"};
     Client *client = &live->client;
     char poses[CLIENT_CHANNEL_MAX];
     bool ok = true;

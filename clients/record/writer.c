@@ -127,10 +127,10 @@ Item *item_event(const RecordingEvent *event)
     return item;
 }
 
-Item *item_ledger(const RecordingLedger *line, int count)
+Item *item_lines(ItemKind kind, const RecordingLedger *line, int count)
 {
     const size_t bytes = (size_t)count * sizeof *line;
-    Item *item = create(ITEM_LEDGER, 0, bytes);
+    Item *item = create(kind, 0, bytes);
     char *at = behind(item);
     item->as.ledger.line = put(&at, line, bytes);
     item->as.ledger.count = count;
@@ -408,6 +408,9 @@ static void add(Writer *writer, const Item *item)
         break;
     case ITEM_LEDGER:
         recording_add_ledger(recording, item->as.ledger.line, item->as.ledger.count);
+        break;
+    case ITEM_ERRORS:
+        recording_add_errors(recording, item->as.ledger.line, item->as.ledger.count);
         break;
     default:
         break;

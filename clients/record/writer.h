@@ -26,6 +26,7 @@ typedef enum ItemKind {
     ITEM_TOOL,
     ITEM_EVENT,
     ITEM_LEDGER,
+    ITEM_ERRORS,
     ITEM_END, // of the file
 } ItemKind;
 
@@ -63,7 +64,7 @@ Item *item_look(int body, const RecordingLook *look);
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);
 Item *item_event(const RecordingEvent *event);
-Item *item_ledger(const RecordingLedger *line, int count);
+Item *item_lines(ItemKind kind, const RecordingLedger *line, int count); // of ledger or errors
 Item *item_end(const RecordingCounts *counts, int body_count);
 void item_destroy(Item *item);
 

@@ -275,11 +275,13 @@ static bool create_events(Recording *recording)
 {
     recording->event_type = recording_event_type();
     recording->ledger_type = recording_ledger_type();
-    recording->table_count += 2;
+    recording->table_count += 3;
     return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
                             "time s, step ticks", &recording->event) &&
            hdf_table_create(&recording->file, "/ledger", recording->ledger_type, 0, EVENT_ROWS,
-                            "time s, step ticks, value in SI units", &recording->ledger);
+                            "time s, step ticks, value in SI units", &recording->ledger) &&
+           hdf_table_create(&recording->file, "/errors", recording->ledger_type, 0, EVENT_ROWS,
+                            "time s, step ticks, value in SI units", &recording->errors);
 }
 
 static bool write_head(Recording *recording, const RecordingOptions *options)
@@ -483,6 +485,12 @@ bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int
            append(recording, &recording->ledger, count, line);
 }
 
+bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count)
+{
+    return begin(recording, &recording->errors, count) &&
+           append(recording, &recording->errors, count, line);
+}
+
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
 {
     ASSERT(body >= 0 && body < recording->body_count);
@@ -557,6 +565,7 @@ static void close_file(Recording *recording)
             hdf_table_close(&recording->tool[i].table[t]);
     hdf_table_close(&recording->event);
     hdf_table_close(&recording->ledger);
+    hdf_table_close(&recording->errors);
     if (recording->event_type >= 0)
         H5Tclose(recording->event_type);
     if (recording->ledger_type >= 0)
@@ -693,6 +702,12 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
 }
 
 bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count)
+{
+    (void)recording, (void)line, (void)count;
+    return false;
+}
+
+bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count)
 {
     (void)recording, (void)line, (void)count;
     return false;

@@ -118,6 +118,14 @@ enum {
 // Distance -1: nothing was cut or removed; time [s].
 enum { LEDGER_MARGIN, LEDGER_DISTANCE, LEDGER_TIME };
 
+// Lines of errors (lcmtypes/error_t.lcm) have the form of those of the ledger: of a body, or of a
+// tool, whose number is the flag. Those of one step belong together.
+typedef enum ErrorLine { ERRORS_BODY, ERRORS_TOOL } ErrorLine;
+enum { ERRORS_BODIES = 64, ERRORS_TOOLS = 32, ERRORS_LINES = ERRORS_BODIES + ERRORS_TOOLS };
+// Their values: of a body [m], [m], [m], share, [ticks]; of a tool [N], [N], share. -1: unknown.
+enum { ERRORS_SPACE, ERRORS_STEPS, ERRORS_TOTAL, ERRORS_RELATIVE, ERRORS_AGE };
+enum { ERRORS_FORCE, ERRORS_ERROR, ERRORS_SHARE };
+
 typedef struct Recording Recording;
 
 // Checks that FILE can be recorded to, before there is data: creates it if it does not exist and
@@ -141,6 +149,7 @@ bool recording_add_frame(Recording *recording, int body, const RecordingFrame *f
 bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
 bool recording_add_event(Recording *recording, const RecordingEvent *event);
 bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count);
+bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count);
 
 // Sets the counts that the file reports for a body once it is closed.
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts);
@@ -195,6 +204,7 @@ typedef struct RecordingInfo {
     RecordingKindInfo kind[RECORDING_INFO_KINDS];
     int64_t events;
     int64_t ledger; // its lines; older files have none
+    int64_t errors; // likewise
 } RecordingInfo;
 
 // Returns false with `status` (STATUS_INVALID) if it is not a recording, or which part is damaged.

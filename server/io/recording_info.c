@@ -447,7 +447,9 @@ static bool read_ledger(const HdfFile *file, RecordingInfo *info)
 {
     if (hdf_exists(file, "/ledger"))
         info->ledger = count_rows(file, "/ledger", H5T_COMPOUND, 0);
-    return info->ledger >= 0;
+    if (hdf_exists(file, "/errors"))
+        info->errors = count_rows(file, "/errors", H5T_COMPOUND, 0);
+    return info->ledger >= 0 && info->errors >= 0;
 }
 
 // Opens a file that is being written. A block with a wrong checksum may be half written and is read

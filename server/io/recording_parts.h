@@ -103,7 +103,7 @@ struct Recording {
     int table_count; // data sets that grow
     RecordedBody *body;
     RecordedTool *tool;
-    HdfTable event, ledger;
+    HdfTable event, ledger, errors;
     hid_t event_type, ledger_type;
     int64_t flushed_ns;
     int64_t frames, frames_in_sidecar; // of all bodies

@@ -43,6 +43,7 @@ typedef enum RowSet {
     ROWS_TOOL_FORCE,
     ROWS_EVENTS,
     ROWS_LEDGER,
+    ROWS_ERRORS,
     ROW_SETS,
 } RowSet;
 
@@ -69,6 +70,7 @@ static const RowForm row_form[ROW_SETS] = {
     [ROWS_TOOL_FORCE] = {"/tools", "/force", 3, 3 * sizeof(double)},
     [ROWS_EVENTS] = {"/events", "", 0, sizeof(RecordingEvent)},
     [ROWS_LEDGER] = {"/ledger", "", 0, sizeof(RecordingLedger)},
+    [ROWS_ERRORS] = {"/errors", "", 0, sizeof(RecordingLedger)},
 };
 
 typedef struct Request {
@@ -95,7 +97,8 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_FORCE] = H5T_NATIVE_DOUBLE,
                                   [ROWS_EVENTS] = event,
-                                  [ROWS_LEDGER] = ledger};
+                                  [ROWS_LEDGER] = ledger,
+                                  [ROWS_ERRORS] = ledger};
     const RowForm *form = &row_form[request->set];
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s%s%s%s", form->group, *request->name ? "/" : "", request->name,
@@ -608,12 +611,10 @@ bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
     return true;
 }
 
-bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
-                             RecordingLedger *line, Status *status)
+static bool read_lines(RecordingReader *reader, RowSet set, int64_t first, int rows,
+                       RecordingLedger *line, Status *status)
 {
-    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
-           first + rows <= reader->info.ledger);
-    if (!ask(reader, ROWS_LEDGER, "", first, rows, line, status))
+    if (!ask(reader, set, "", first, rows, line, status))
         return false;
     for (int i = 0; i < rows; i++) {
         line[i].body[sizeof line[i].body - 1] = '\0';
@@ -624,6 +625,22 @@ bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
             line[i].value[k] = isfinite(line[i].value[k]) ? line[i].value[k] : 0.0;
     }
     return true;
+}
+
+bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
+                             RecordingLedger *line, Status *status)
+{
+    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
+           first + rows <= reader->info.ledger);
+    return read_lines(reader, ROWS_LEDGER, first, rows, line, status);
+}
+
+bool recording_reader_errors(RecordingReader *reader, int64_t first, int rows,
+                             RecordingLedger *line, Status *status)
+{
+    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
+           first + rows <= reader->info.errors);
+    return read_lines(reader, ROWS_ERRORS, first, rows, line, status);
 }
 
 #endif

@@ -93,5 +93,8 @@ bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
 // The same of lines of the ledger; there are recording_reader_info()->ledger. Numbers are finite.
 bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
                              RecordingLedger *line, Status *status);
+// The same of lines of errors, of which there are recording_reader_info()->errors.
+bool recording_reader_errors(RecordingReader *reader, int64_t first, int rows,
+                             RecordingLedger *line, Status *status);
 
 #endif

@@ -4,12 +4,13 @@
 
 #include "base/clock.h"
 
+#include "error_lines.h"
+
 #include "pliant_error_map_t.h"
-#include "pliant_error_t.h"
 
 enum { NODES_IN_MAP_CHUNK = 16384 }; // 16 kB
 
-static void send_error(Bus *bus)
+static void send_error(Bus *bus, bool is_new)
 {
     pliant_error_tool_t tool[ERROR_TOOLS];
     const ErrorOut *from = bus->error;
@@ -40,6 +41,16 @@ static void send_error(Bus *bus)
                 .share = error->error < 0.0 ? -1.0 : error->error / error->force};
     }
     bus_publish(bus, OUT_ERROR, 0, &message);
+    if (!is_new || !bus->exchange->records)
+        return;
+    // A recording has it, too.
+    Ledger *lines = ring_back(&bus->exchange->told_errors);
+    if (lines == NULL) {
+        atomic_fetch_add_explicit(&bus->exchange->lost, 1, memory_order_relaxed);
+        return;
+    }
+    lines->count = error_lines(&message, lines->line);
+    ring_publish(&bus->exchange->told_errors);
 }
 
 static void send_map_chunk(Bus *bus, int index)
@@ -98,7 +109,7 @@ void bus_send_errors(Bus *bus, int64_t now_ns)
     // A request is answered ten times a second at most.
     const bool asked = bus->error_wanted && now_ns >= bus->error_ns + BUS_AGAIN_NS;
     if (bus->error != NULL && (newest != NULL || asked)) {
-        send_error(bus);
+        send_error(bus, newest != NULL);
         bus->error_ns = now_ns;
         bus->error_wanted = false;
     }

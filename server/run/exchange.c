@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the threads share, and copies of meshes that they hand over.
 #include "run/exchange.h"
+#include "run/ledger.h"
 
 #include "base/clock.h"
 #include "run/files_thread.h"
@@ -346,6 +347,12 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
     if (options->ledger > 0)
         create_ring(&exchange->told_ledger, &world->arena, EXCHANGE_LEDGERS,
                     round_up(options->ledger), "told_ledgers");
+    if (options->errors)
+        create_ring(
+            &exchange->told_errors, &world->arena, EXCHANGE_EVENTS,
+            round_up(sizeof(Ledger) + (size_t)(exchange->body_count + exchange->tool_count) *
+                                          sizeof(RecordingLedger)),
+            "told_errors");
 }
 
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)

@@ -248,6 +248,7 @@ typedef struct Exchange {
     // bus -> files, only when recording
     Ring told;        // of EventOut: every event that was published
     Ring told_ledger; // of Ledger, likewise
+    Ring told_errors; // of Ledger with lines of errors; no memory unless they are published
     // files -> bus, only with a files thread that has answers or events to publish
     Ring written;     // of Answer
     Ring files_event; // of EventOut

@@ -171,6 +171,12 @@ static void write_events(FilesThread *files)
         recorder_write_ledger(files->recorder, ledger);
         ring_pop(&files->exchange->told_ledger);
     }
+    const Ledger *errors;
+    while (files->exchange->told_errors.memory != NULL &&
+           (errors = ring_peek(&files->exchange->told_errors)) != NULL) {
+        recording_add_errors(files->recorder->recording, errors->line, errors->count);
+        ring_pop(&files->exchange->told_errors);
+    }
 }
 
 // Writes tool samples with a rate of their own; else they come with the frames.

@@ -5,12 +5,14 @@
 #include "recorder.h"
 #include "scene_writer.h"
 
+#include "io/recording_read.h"
+#include "pliant_error_t.h"
 #include "pliant_mesh_t.h"
 
 #include <sys/stat.h>
 
 static const char PAUSED[] = "start = \"paused\";\n"
-                             "publish = { nodes_hz = 60.0; contact_hz = 100.0; };";
+                             "publish = { nodes_hz = 60.0; contact_hz = 100.0; error_hz = 50.0; };";
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.4};
 
 // --- A session: pressed by a tool, pushed by a load, cut ---
@@ -159,6 +161,58 @@ TEST(a_seek_shows_the_last_frame_at_or_before_that_time)
         wait_until(client, client->frames.step == view->step[expected]);
         expect_frame(client, view, expected);
     }
+    server_stop(client, &program);
+}
+
+HANDLER(on_error, pliant_error_t, message)
+{
+    pliant_error_t **newest = user;
+    if (*newest != NULL)
+        pliant_error_t_destroy(*newest);
+    *newest = pliant_error_t_copy(message);
+}
+
+TEST(errors_are_told_again_as_they_were)
+{
+    enum { LINES = 200 };
+    static RecordingLedger line[LINES];
+    Status status = {0};
+    RecordingReader *reader = recording_reader_open(session(), &status);
+    assert_non_null(reader);
+    const int count = (int)recording_reader_info(reader)->errors;
+    assert_in_range(count, 20, LINES);
+    expect_ok(recording_reader_errors(reader, 0, count, line, &status), status);
+    recording_reader_close(reader);
+    SCOPED_CLIENT Client *client = client_create();
+    pliant_error_t *newest = NULL;
+    pliant_error_t_subscription_t *heard =
+        pliant_error_t_subscribe(client->lcm, "PLIANT_ERROR", on_error, &newest);
+    process_start(&program, program_path("pliant-play"), "--paused %s", session());
+    client_wait_for_daemon(client);
+    int bodies = 0, tools = 0;
+    for (int i = 0; i < count; i++) {
+        if (i == 0 || line[i].step != line[i - 1].step) {
+            set(client, "seek=%.17g", line[i].time);
+            wait_until(client, newest != NULL && newest->step == line[i].step);
+        }
+        if (line[i].line == ERRORS_BODY) {
+            assert_int_equal(newest->num_bodies, 1);
+            assert_string_equal(newest->body[0].name, "sphere");
+            assert_true(newest->body[0].space == line[i].value[ERRORS_SPACE] &&
+                        newest->body[0].relative == line[i].value[ERRORS_RELATIVE] &&
+                        (double)newest->body[0].age == line[i].value[ERRORS_AGE]);
+            bodies += newest->body[0].age >= 0;
+        } else {
+            assert_int_equal(newest->num_tools, 1);
+            assert_true(newest->tool[0].tool == 1 &&
+                        newest->tool[0].force == line[i].value[ERRORS_FORCE] &&
+                        newest->tool[0].error == line[i].value[ERRORS_ERROR]);
+            tools++;
+        }
+    }
+    assert_true(bodies > 5 && tools > 2); // it is pressed, then cut away
+    pliant_error_t_unsubscribe(client->lcm, heard);
+    pliant_error_t_destroy(newest);
     server_stop(client, &program);
 }
 

@@ -6,7 +6,8 @@
 #include "scene_writer.h"
 
 static const char PAUSED[] =
-    "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; };";
+    "start = \"paused\"; publish = { nodes_hz = 60.0; contact_hz = 100.0; status_hz = 20.0; "
+    "error_hz = 100.0; };";
 static const double TOP[3] = {0.0, 0.0, 0.05}, DOWN[3] = {0.0, 0.02, -0.4};
 
 // A body that refines, and one that is cut.
@@ -81,16 +82,16 @@ static void expect_same_rows(const char *path_a, const char *path_b, const char 
     assert_memory_equal(of_a, of_b, (size_t)(rows_a * columns) * sizeof *of_a);
 }
 
-// The events of both from the first one of `b` on.
-static void expect_same_events(const char *path_a, const char *path_b, int least)
+// The rows of a set of both, `least` at least: events, or errors.
+static void expect_same_lines(const char *path_a, const char *path_b, const char *name, int least)
 {
     int rows_a, rows_b;
     SCOPED(view_close) hid_t a = view_open(path_a, false), b = view_open(path_b, false);
-    hid_t set = H5Dopen2(a, "/events", H5P_DEFAULT), type = H5Dget_type(set);
+    hid_t set = H5Dopen2(a, name, H5P_DEFAULT), type = H5Dget_type(set);
     hid_t memory = H5Tget_native_type(type, H5T_DIR_ASCEND);
     size_t size = H5Tget_size(memory);
-    FREED char *of_a = view_rows(a, "/events", memory, &rows_a);
-    FREED char *of_b = view_rows(b, "/events", memory, &rows_b);
+    FREED char *of_a = view_rows(a, name, memory, &rows_a);
+    FREED char *of_b = view_rows(b, name, memory, &rows_b);
     expect_at_least(rows_b, least);
     assert_int_equal(rows_a, rows_b);
     assert_memory_equal(of_a, of_b, (size_t)rows_a * size);
@@ -128,7 +129,8 @@ TEST(what_comes_by_messages_is_what_the_daemon_records)
     expect_same_rows(own, path, "/tools/1/position", STEPS);
     expect_same_rows(own, path, "/tools/1/force", STEPS);
     expect_same_rows(own, path, "/tools/1/orientation", STEPS);
-    expect_same_events(own, path, 2);
+    expect_same_lines(own, path, "/events", 2);
+    expect_same_lines(own, path, "/errors", STEPS / 2); // of bodies, in contact also of the tool
     const RecordingInfo *info = info_of(path);
     assert_true(info->ended);
     assert_int_equal(info->body_count, 1);

@@ -204,10 +204,11 @@ TEST(the_layout_is_as_documented)
     expect_text(file, "scene", SCENE);
     expect_number(file, "version", 1);
 
-    // Sixteen data sets a body, four a tool, the events and the ledger; each with a unit.
+    // Sixteen data sets a body, four a tool, the events, the ledger and the errors; each with a
+    // unit.
     int sets = 0;
     assert_true(H5Ovisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &sets) >= 0);
-    assert_int_equal(sets, 2 * 16 + 2 * 4 + 2);
+    assert_int_equal(sets, 2 * 16 + 2 * 4 + 3);
 
     // Single precision, and one frame a chunk.
     hid_t set = H5Dopen2(file, "/bodies/strip/position", H5P_DEFAULT);

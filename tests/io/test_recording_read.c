@@ -86,6 +86,14 @@ static const char *make_with(const char *name, const char *describe, const char 
              .value = {1.0 / 3.0, (double)NAN, f}}};
         if (f % 10 == 5)
             assert_true(recording_add_ledger(recording, ledger, 2));
+        const RecordingLedger errors[2] = {{.time = frame.time,
+                                            .step = f,
+                                            .line = ERRORS_BODY,
+                                            .body = "tetra",
+                                            .value = {1e-4, -1.0, 1e-4, (double)INFINITY, 7.0}},
+                                           {.line = ERRORS_TOOL, .flag = 4, .value = {2.0, f}}};
+        if (f % 20 == 5)
+            assert_true(recording_add_errors(recording, errors, 2));
     }
     expect_ok(recording_close(recording, &status), status);
     return path;
@@ -209,6 +217,14 @@ TEST(tools_events_and_the_scene_are_read)
     expect_near(ledger[1].value[0], 1.0 / 3.0, 0.0);
     expect_near(ledger[1].value[1], 0.0, 0.0); // a number that is none
     expect_near(ledger[3].value[2], 35.0, 0.0);
+    assert_int_equal(recording_reader_info(reader)->errors, 4);
+    assert_true(recording_reader_errors(reader, 2, 2, ledger, &status));
+    assert_true(ledger[0].line == ERRORS_BODY && ledger[0].step == 25);
+    expect_near(ledger[0].value[ERRORS_STEPS], -1.0, 0.0);
+    expect_near(ledger[0].value[ERRORS_RELATIVE], 0.0, 0.0); // a number that is none
+    expect_near(ledger[0].value[ERRORS_AGE], 7.0, 0.0);
+    assert_true(ledger[1].line == ERRORS_TOOL && ledger[1].flag == 4);
+    expect_near(ledger[1].value[ERRORS_ERROR], 25.0, 0.0);
 }
 
 TEST(colours_come_back_row_by_row_and_only_those_that_changed)
