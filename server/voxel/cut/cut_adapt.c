@@ -238,7 +238,10 @@ static void sweep(CutAdapt *adapt, const void *row)
     }
     adapt->state->age = 0;
     adapt->state->count = adapt->approach_count;
-    memcpy(adapt->state->swept, adapt->approach, sizeof adapt->approach);
+    // Paths that are no more leave no trace in the state.
+    memset(adapt->state->swept, 0, sizeof adapt->state->swept);
+    memcpy(adapt->state->swept, adapt->approach,
+           (size_t)adapt->approach_count * sizeof *adapt->approach);
 }
 
 // Makes the boxes whose turn it is.
