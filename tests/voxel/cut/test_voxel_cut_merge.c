@@ -574,6 +574,7 @@ typedef enum MergeKind {
     MERGE_SHEET, // one cell thick, at an odd height
     MERGE_TUBE,
     MERGE_LOBES, // two, with a gap of one cell between them
+    MERGE_SHELF, // above a block, with void between them that belongs to its elements alone
     MERGE_KINDS,
 } MergeKind;
 
@@ -587,6 +588,8 @@ static int label_of(MergeKind kind, int i, int j, int k)
         return r < 8.0 && r > 6.2;
     case MERGE_LOBES:
         return i != 6 || k < 3;
+    case MERGE_SHELF:
+        return k < 4 || k == 7;
     default:
         return 1;
     }
