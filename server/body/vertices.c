@@ -236,55 +236,41 @@ void vertices_begin(Vertices *vertices)
 enum { SHARE = 1024 }; // vertices per thread and piece
 
 typedef struct SharedAdvance {
-    const Vertices *vertices;
     const AdvancePass *pass;
+    AdvanceKernel *advance;
+    size_t real;
     atomic_bool bad;
 } SharedAdvance;
-
-// Advances the vertices [first, end) of a pass alone.
-static bool advance_some(const Vertices *vertices, const AdvancePass *whole, int first, int end)
-{
-    // In bytes of each array.
-    const size_t real = rows_real_size(&vertices->rows), begin = (size_t)first;
-    const size_t row = begin * ROW * real, force = begin * 4 * real;
-    AdvancePass pass = *whole;
-    pass.present = (const char *)whole->present + row;
-    pass.next = (char *)whole->next + row;
-    pass.force = (char *)whole->force + force;
-    pass.more = whole->more == NULL ? NULL : (char *)whole->more + force;
-    pass.inverse_mass = (const char *)whole->inverse_mass + begin * real;
-    pass.vertex_count = end - first;
-    return vertices->kernels->advance(&pass);
-}
 
 // Each vertex is advanced independently: any division among threads gives the same bits.
 static void advance_part(void *context, int first, int last)
 {
     SharedAdvance *shared = context;
-    const Vertices *vertices = shared->vertices;
-    bool good = true;
-    if (vertices->run != NULL) {
-        for (int r = first; r < last; r++)
-            good &=
-                advance_some(vertices, shared->pass, vertices->run[r].first, vertices->run[r].end);
-    } else {
-        const int count = shared->pass->vertex_count;
-        good = advance_some(vertices, shared->pass, first * SHARE,
-                            last * SHARE < count ? last * SHARE : count);
-    }
-    if (!good) // several may say so
+    // The items of this share, in bytes of each array.
+    const AdvancePass *whole = shared->pass;
+    const size_t begin = (size_t)first * SHARE, row = begin * ROW * shared->real,
+                 force = begin * 4 * shared->real;
+    int end = last * SHARE < whole->vertex_count ? last * SHARE : whole->vertex_count;
+    // The same pass over these alone.
+    AdvancePass pass = *whole;
+    pass.present = (const char *)whole->present + row;
+    pass.next = (char *)whole->next + row;
+    pass.force = (char *)whole->force + force;
+    pass.more = whole->more == NULL ? NULL : (char *)whole->more + force;
+    pass.inverse_mass = (const char *)whole->inverse_mass + begin * shared->real;
+    pass.vertex_count = end - (int)begin;
+    if (!shared->advance(&pass)) // several may say so
         atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
 }
 
 static bool advance_all(const Vertices *vertices, const AdvancePass *pass)
 {
-    SharedAdvance shared = {.vertices = vertices, .pass = pass};
-    const int shares =
-        vertices->run != NULL ? vertices->run_count : (pass->vertex_count + SHARE - 1) / SHARE;
+    AdvanceKernel *advance = vertices->kernels->advance;
     if (vertices->team == NULL || !vertices->halved)
-        advance_part(&shared, 0, shares);
-    else
-        team_run(vertices->team, advance_part, &shared, shares);
+        return advance(pass);
+    SharedAdvance shared = {
+        .pass = pass, .advance = advance, .real = rows_real_size(&vertices->rows)};
+    team_run(vertices->team, advance_part, &shared, (pass->vertex_count + SHARE - 1) / SHARE);
     return !atomic_load_explicit(&shared.bad, memory_order_relaxed);
 }
 

@@ -28,13 +28,6 @@ int vertex_ids_find(const VertexId *sorted, int count, int id);
 // Returns the vertex that a scene fixes by its id; -1 with a status: the body has none of this id.
 int vertex_ids_find_fixed(const VertexId *sorted, int count, int id, Status *status);
 
-// Vertices [first, end).
-typedef struct VertexRun {
-    int first, end;
-} VertexRun;
-
-enum { VERTEX_CHUNK = 64 }; // runs begin and end at multiples of it
-
 typedef struct Vertices {
     // --- constant after creation, except for bodies that are cut ---
     int count;          // without the spare one; grows in bodies that are cut
@@ -47,10 +40,6 @@ typedef struct Vertices {
     double damping_time;   // of the elements: damping over stiffness [s]; 0: they have none
     double drag;           // on the vertices, per mass [1/s] (drag.h); 0: none
     double position_limit; // [m] a displacement beyond it counts as a bad number
-    // The vertices that move, of a body many of whose rows the model writes itself, in both sets;
-    // the spare one is among them. NULL: all.
-    const VertexRun *run; // [run_count] ascending
-    int run_count;
     // Bodies of many elements sum forces in two arrays, `force` and `more`, one for each half of
     // their batches, so that two threads can work on them; with one thread as well, so that the
     // result does not depend on the number of threads.

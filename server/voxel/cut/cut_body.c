@@ -226,7 +226,7 @@ void cut_body_committed(VoxelCuts *cuts)
     for (int k = 0; k < masses->retired_count && vertices->rows.floating; k++)
         vertices_retire(vertices, masses->retired[k]);
     if (cuts->carry != NULL)
-        cut_carry_update(cuts->carry);
+        cut_carry_update(cuts->carry, vertices->row[vertices->current]);
 }
 
 // ---------------------------------------------------------------------------------------------

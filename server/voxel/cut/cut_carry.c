@@ -120,26 +120,19 @@ static bool is_single(const CutCarry *carry)
     return carry->vertices->rows.precision == PRECISION_SINGLE;
 }
 
-static void update(const CutCarry *carry, void *row, void *twin, const int *leaf, int count)
+void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count)
 {
     if (is_single(carry))
         for (int k = 0; k < count; k++)
-            update_single(carry, leaf[k], row, twin);
+            update_single(carry, leaf[k], row);
     else
         for (int k = 0; k < count; k++)
-            update_double(carry, leaf[k], row, twin);
+            update_double(carry, leaf[k], row);
 }
 
-void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count)
+void cut_carry_update(CutCarry *carry, void *row)
 {
-    update(carry, row, NULL, leaf, count);
-}
-
-void cut_carry_update(CutCarry *carry)
-{
-    const Vertices *vertices = carry->vertices;
-    update(carry, vertices->row[vertices->current], vertices->row[1 - vertices->current],
-           carry->leaf, carry->leaf_count);
+    cut_carry_update_some(carry, row, carry->leaf, carry->leaf_count);
 }
 
 int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf)
@@ -220,61 +213,11 @@ static void sort_again(CutCarry *carry, int element)
     }
 }
 
-// ---------------------------------------------------------------------------------------------
-// Vertices that move by themselves: the step passes over others, many at a time
-
-static int chunks_of(int vertices)
-{
-    return (vertices + VERTEX_CHUNK - 1) / VERTEX_CHUNK;
-}
-
-static void count_chunk(CutCarry *carry, int chunk)
-{
-    const CutLattice *lattice = carry->lattice;
-    const int first = chunk * VERTEX_CHUNK, used = cut_lattice_used(lattice);
-    const int end = first + VERTEX_CHUNK < used ? first + VERTEX_CHUNK : used;
-    carry->moves[chunk] = false;
-    for (int v = first; v < end && !carry->moves[chunk]; v++)
-        carry->moves[chunk] = lattice->vertex_id[v] >= 0 && !cut_lattice_is_carried(lattice, v);
-}
-
-static void list_runs(CutCarry *carry)
-{
-    Vertices *vertices = carry->vertices;
-    const int count = vertices->rows.count, chunks = chunks_of(count);
-    vertices->run_count = 0;
-    for (int c = 0; c < chunks; c++) {
-        // The spare row is the last.
-        const int first = c * VERTEX_CHUNK,
-                  end = first + VERTEX_CHUNK < count ? first + VERTEX_CHUNK : count;
-        const int runs = vertices->run_count;
-        if (!carry->moves[c])
-            continue;
-        if (runs > 0 && carry->run[runs - 1].end == first)
-            carry->run[runs - 1].end = end;
-        else
-            carry->run[vertices->run_count++] = (VertexRun){first, end};
-    }
-}
-
-static void follow_runs(CutCarry *carry)
-{
-    const CutChanges *changes = &carry->lattice->changes;
-    for (int i = 0; i < changes->birth_count; i++)
-        count_chunk(carry, changes->birth[i].vertex / VERTEX_CHUNK);
-    for (int i = 0; i < changes->ended_count; i++)
-        count_chunk(carry, changes->ended[i].vertex / VERTEX_CHUNK);
-    if (changes->birth_count + changes->ended_count > 0)
-        list_runs(carry);
-}
-
-// ---------------------------------------------------------------------------------------------
-
 // Updates the carried vertices of the leaves around some vertices.
 static void refresh(CutCarry *carry, const int *vertex, int count)
 {
     const CutLattice *lattice = carry->lattice;
-    const Vertices *vertices = carry->vertices;
+    void *row = carry->vertices->row[carry->vertices->current];
     carry->stamp++;
     for (int k = 0; k < count; k++) {
         int point[3], leaf[8];
@@ -287,8 +230,7 @@ static void refresh(CutCarry *carry, const int *vertex, int count)
             if (leaf[s] < 0 || at < 0 || carry->first[at] < 0 || carry->seen[at] == carry->stamp)
                 continue;
             carry->seen[at] = carry->stamp;
-            update(carry, vertices->row[vertices->current], vertices->row[1 - vertices->current],
-                   &leaf[s], 1);
+            cut_carry_update_some(carry, row, &leaf[s], 1);
         }
     }
 }
@@ -304,7 +246,6 @@ void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
             enter(carry, ended);
     }
     refresh(carry, vertex, count);
-    follow_runs(carry);
 }
 
 void cut_carry_derive(CutCarry *carry)
@@ -317,10 +258,6 @@ void cut_carry_derive(CutCarry *carry)
     for (int v = 0; v < lattice->kept_end; v++)
         if (lattice->carried[v])
             enter(carry, v);
-    memset(carry->moves, 0, (size_t)carry->chunks * sizeof *carry->moves);
-    for (int c = 0; c < chunks_of(cut_lattice_used(lattice)); c++)
-        count_chunk(carry, c);
-    list_runs(carry);
 }
 
 void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
@@ -335,10 +272,6 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
     carry->leaf = ALLOCATE(ARENA_TOPOLOGY, larger, int, "carrying elements");
     carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, int, "updated elements");
-    carry->chunks = chunks_of(vertices->capacity + 1);
-    carry->moves = ALLOCATE(ARENA_TOPOLOGY, carry->chunks, bool, "vertices that move");
-    carry->run = ALLOCATE(ARENA_STEP, carry->chunks, VertexRun, "runs of vertices");
-    vertices->run = carry->run;
     cut_carry_derive(carry);
 }
 

@@ -32,9 +32,6 @@ typedef struct CutCarry {
     int *place;      // [element - level_first[1]] in `leaf`
     int *leaf;       // elements with such vertices, in no order that matters
     int leaf_count;
-    bool *moves; // [chunk] of VERTEX_CHUNK vertices: not all are carried or free
-    int chunks;
-    VertexRun *run; // [chunks] Vertices.run
     // --- scratch ---
     int *seen, stamp; // [element - level_first[1]]
 } CutCarry;
@@ -47,8 +44,8 @@ void cut_carry_derive(CutCarry *carry);
 // Updates the lists after changes of the lattice, then the rows of all carried vertices of the
 // elements around some vertices whose rows have changed.
 void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
-// Updates all carried rows, in both sets, from the present ones of the elements' vertices.
-void cut_carry_update(CutCarry *carry);
+// Updates all carried rows from those of the elements' vertices in `row` (rows.h).
+void cut_carry_update(CutCarry *carry, void *row);
 
 // Lists the elements of those of some vertices that are carried, each once, in leaf [count];
 // returns their number. Updates the rows of these elements' vertices, also within a tick.

@@ -54,16 +54,12 @@ static inline void PUT(const NUMBERS *low, const unsigned char share[3], REAL *t
     memcpy(to, &value, sizeof value);
 }
 
-static void UPDATE(const CutCarry *carry, int leaf, REAL *row, REAL *twin)
+static void UPDATE(const CutCarry *carry, int leaf, REAL *row)
 {
     NUMBERS point[POINTS];
     FILL(cut_lattice_nodes(carry->lattice, leaf), row, point);
-    for (int v = carry->first[leaf - carry->lattice->level_first[1]]; v >= 0; v = carry->next[v]) {
-        REAL *to = row + (long)v * ROW;
-        PUT(&point[carry->site[v].low], carry->site[v].share, to);
-        if (twin != NULL)
-            memcpy(twin + (long)v * ROW, to, ROW * sizeof *to);
-    }
+    for (int v = carry->first[leaf - carry->lattice->level_first[1]]; v >= 0; v = carry->next[v])
+        PUT(&point[carry->site[v].low], carry->site[v].share, row + (long)v * ROW);
 }
 
 #undef REAL

@@ -376,13 +376,12 @@ static void touch_ended(CutMasses *masses, const CutEnd *end)
 }
 
 // A free row is at rest, at no place.
-// In both sets: the step may pass over it.
 static void clear_row(CutMasses *masses, int vertex)
 {
     masses->node_mass[vertex] = 0.0;
     Vertices *vertices = masses->vertices;
-    for (int c = 0; c < 2 * ROW; c++)
-        rows_put(&vertices->rows, vertices->row[c / ROW], (long)vertex * ROW + c % ROW, 0.0);
+    for (int c = 0; c < ROW; c++)
+        rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);
 }
 
 // Sets the row of a new vertex to the mean of its parents: displacements are interpolated like

@@ -175,7 +175,7 @@ TEST(shown_points_follow_uniform_strains)
                 if (lattice->vertex_id[v] >= 0 && !cut_lattice_is_carried(lattice, v))
                     rows_write(&vertices->rows, vertices->row[vertices->current], v,
                                affine(rows_rest(&vertices->rows, v)), vec3(0.0, 0.0, 0.0));
-            cut_carry_update(world.cuts->carry);
+            cut_carry_update(world.cuts->carry, vertices->row[vertices->current]);
             read_kept(&world, before);
             for (int v = 0; v < lattice->kept_end; v++)
                 if (cut_lattice_is_kept(lattice, v))
@@ -226,7 +226,8 @@ TEST(merges_and_divisions_keep_momentum_and_mass)
             const int leaves = world.cuts->lattice.leaf_count;
             if (round % 10 == 0)
                 cut_world_shake(&world, 0.2, &seed);
-            cut_carry_update(world.cuts->carry);
+            cut_carry_update(world.cuts->carry,
+                             world.model->vertices.row[world.model->vertices.current]);
             WorldMomentum before = cut_world_momentum(&world), after;
             divide_some(&world, &seed, 4);
             after = cut_world_momentum(&world);
