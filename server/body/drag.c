@@ -5,6 +5,7 @@
 #include "base/sym3.h"
 
 #include <math.h>
+#include <string.h>
 
 enum {
     SHARE = 1024
@@ -31,19 +32,6 @@ static int end_of(const Work *work, int last)
     return last * SHARE < work->count ? last * SHARE : work->count;
 }
 
-static void sum_parts(void *context, int first, int last)
-{
-    const Work *work = context;
-    for (int k = first; k < last; k++)
-        work->kernels->sum(work->pass, k * SHARE, end_of(work, k + 1), &work->by->part[k]);
-}
-
-static void slow_parts(void *context, int first, int last)
-{
-    const Work *work = context;
-    work->kernels->slow(work->pass, first * SHARE, end_of(work, last));
-}
-
 static void add_sums(RigidSums *to, const RigidSums *from)
 {
     to->mass += from->mass;
@@ -54,6 +42,48 @@ static void add_sums(RigidSums *to, const RigidSums *from)
         to->product[c] += from->product[c];
         to->spin[c] += from->spin[c];
     }
+}
+
+// Cuts a run down to the vertices [first, end). False: none of them.
+static bool cut_down(const int run[2], int first, int end, int part[2])
+{
+    part[0] = run[0] > first ? run[0] : first;
+    part[1] = run[1] < end ? run[1] : end;
+    return part[0] < part[1];
+}
+
+static void sum_runs(const Work *work, int first, int end, RigidSums *to)
+{
+    RigidSums sums;
+    int part[2];
+    memset(to, 0, sizeof *to);
+    for (int r = 0; r < work->by->run_count; r++)
+        if (cut_down(work->by->run[r], first, end, part)) {
+            work->kernels->sum(work->pass, part[0], part[1], &sums);
+            add_sums(to, &sums);
+        }
+}
+
+static void sum_parts(void *context, int first, int last)
+{
+    const Work *work = context;
+    for (int k = first; k < last; k++)
+        if (work->by->run == NULL)
+            work->kernels->sum(work->pass, k * SHARE, end_of(work, k + 1), &work->by->part[k]);
+        else
+            sum_runs(work, k * SHARE, end_of(work, k + 1), &work->by->part[k]);
+}
+
+static void slow_parts(void *context, int first, int last)
+{
+    const Work *work = context;
+    const int begin = first * SHARE, end = end_of(work, last);
+    int part[2];
+    if (work->by->run == NULL)
+        work->kernels->slow(work->pass, begin, end);
+    for (int r = 0; r < work->by->run_count; r++)
+        if (cut_down(work->by->run[r], begin, end, part))
+            work->kernels->slow(work->pass, part[0], part[1]);
 }
 
 // Finds the rigid motion from the sums; without a unique one (all on a line) that which does not

@@ -13,7 +13,9 @@
 typedef struct Drag {
     RigidSums *part; // [part_count] shares of the vertices
     int part_count;
-    double time; // since the last loss [s]
+    double time;         // since the last loss [s]
+    const int (*run)[2]; // of the vertices that move; NULL: all do (vertices.h)
+    int run_count;
 } Drag;
 
 // For bodies of up to `capacity` vertices.

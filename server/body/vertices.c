@@ -175,7 +175,14 @@ void vertices_drift(void *model, double dt)
 {
     Vertices *vertices = model;
     void *next = vertices->row[1 - vertices->current];
-    vertices->kernels->drift(vertices->present, next, vertices->rows.count, dt);
+    const size_t bytes = ROW * rows_real_size(&vertices->rows);
+    if (vertices->run == NULL)
+        vertices->kernels->drift(vertices->present, next, vertices->rows.count, dt);
+    for (int r = 0; r < vertices->run_count; r++) {
+        const int *run = vertices->run[r];
+        vertices->kernels->drift((const char *)vertices->present + (size_t)run[0] * bytes,
+                                 (char *)next + (size_t)run[0] * bytes, run[1] - run[0], dt);
+    }
     rows_drift(&vertices->rows, dt);
     vertices->present = next;
 }
@@ -242,23 +249,28 @@ typedef struct SharedAdvance {
     atomic_bool bad;
 } SharedAdvance;
 
-// Each vertex is advanced independently: any division among threads gives the same bits.
-static void advance_part(void *context, int first, int last)
+// Returns the same pass over the vertices [first, end) alone.
+static AdvancePass part_of(const AdvancePass *whole, size_t real, int first, int end)
 {
-    SharedAdvance *shared = context;
-    // The items of this share, in bytes of each array.
-    const AdvancePass *whole = shared->pass;
-    const size_t begin = (size_t)first * SHARE, row = begin * ROW * shared->real,
-                 force = begin * 4 * shared->real;
-    int end = last * SHARE < whole->vertex_count ? last * SHARE : whole->vertex_count;
-    // The same pass over these alone.
+    // In bytes of each array.
+    const size_t begin = (size_t)first, row = begin * ROW * real, force = begin * 4 * real;
     AdvancePass pass = *whole;
     pass.present = (const char *)whole->present + row;
     pass.next = (char *)whole->next + row;
     pass.force = (char *)whole->force + force;
     pass.more = whole->more == NULL ? NULL : (char *)whole->more + force;
-    pass.inverse_mass = (const char *)whole->inverse_mass + begin * shared->real;
-    pass.vertex_count = end - (int)begin;
+    pass.inverse_mass = (const char *)whole->inverse_mass + begin * real;
+    pass.vertex_count = end - first;
+    return pass;
+}
+
+// Each vertex is advanced independently: any division among threads gives the same bits.
+static void advance_part(void *context, int first, int last)
+{
+    SharedAdvance *shared = context;
+    const int count = shared->pass->vertex_count;
+    const AdvancePass pass = part_of(shared->pass, shared->real, first * SHARE,
+                                     last * SHARE < count ? last * SHARE : count);
     if (!shared->advance(&pass)) // several may say so
         atomic_store_explicit(&shared->bad, true, memory_order_relaxed);
 }
@@ -266,12 +278,23 @@ static void advance_part(void *context, int first, int last)
 static bool advance_all(const Vertices *vertices, const AdvancePass *pass)
 {
     AdvanceKernel *advance = vertices->kernels->advance;
-    if (vertices->team == NULL || !vertices->halved)
+    if (vertices->team == NULL || !vertices->halved || pass->vertex_count <= SHARE)
         return advance(pass);
     SharedAdvance shared = {
         .pass = pass, .advance = advance, .real = rows_real_size(&vertices->rows)};
     team_run(vertices->team, advance_part, &shared, (pass->vertex_count + SHARE - 1) / SHARE);
     return !atomic_load_explicit(&shared.bad, memory_order_relaxed);
+}
+
+static bool advance_runs(const Vertices *vertices, const AdvancePass *pass)
+{
+    const size_t real = rows_real_size(&vertices->rows);
+    bool good = true;
+    for (int r = 0; r < vertices->run_count; r++) {
+        const AdvancePass part = part_of(pass, real, vertices->run[r][0], vertices->run[r][1]);
+        good &= advance_all(vertices, &part);
+    }
+    return good;
 }
 
 // Clears the forces that lanes without an element have added; nothing else does.
@@ -297,6 +320,8 @@ static void slow(Vertices *vertices, const Evaluation *evaluation, double h, voi
         .mass = vertices->mass,
         .loss = -expm1(-vertices->drag * vertices->parameters->damping_scale * drags->time),
     };
+    drags->run = vertices->run;
+    drags->run_count = vertices->run_count;
     drag_slow(drags, vertices->kernels, &pass, vertices->count,
               vertices->halved ? vertices->team : NULL);
     drags->time = 0.0;
@@ -325,12 +350,13 @@ void vertices_advance(Vertices *vertices, const Evaluation *evaluation, double h
         .check = evaluation->last, // a number that went bad earlier in the tick is still bad
     };
     // Bad numbers are noticed in the last evaluation of a tick.
-    vertices->bad |= !advance_all(vertices, &pass);
+    vertices->bad |=
+        !(vertices->run == NULL ? advance_all(vertices, &pass) : advance_runs(vertices, &pass));
     rows_advance(&vertices->rows, evaluation, h, gravity);
     if (vertices->drags != NULL)
         slow(vertices, evaluation, h, next);
     // Unused places stay zero.
-    if (vertices->count < vertices->capacity)
+    if (vertices->count < vertices->capacity || vertices->run != NULL)
         forget_spare(vertices);
     vertices->present = next;
 }
@@ -359,12 +385,18 @@ void vertices_abandon(void *model)
         vertices->drags->time = 0.0;
 }
 
+void vertices_follow(Vertices *vertices)
+{
+    if (vertices->rows.floating)
+        rows_follow(&vertices->rows, vertices->row[vertices->current]);
+}
+
 bool vertices_commit(void *model)
 {
     Vertices *vertices = model;
     bool good = vertices_end(vertices);
-    if (good && vertices->rows.floating)
-        rows_follow(&vertices->rows, vertices->row[vertices->current]);
+    if (good)
+        vertices_follow(vertices);
     return good;
 }
 
@@ -444,7 +476,22 @@ void vertices_read_nodes(const void *model, const int *vertex, int count, Vec3 *
 void vertices_bound_motion(const void *model, double *displacement, double *speed)
 {
     const Vertices *vertices = model;
-    rows_bound_motion(&vertices->rows, vertices->present, displacement, speed);
+    const size_t bytes = ROW * rows_real_size(&vertices->rows);
+    if (vertices->run == NULL) {
+        rows_bound_motion(&vertices->rows, vertices->present, displacement, speed);
+        return;
+    }
+    Rows rows = vertices->rows;
+    *displacement = *speed = 0.0;
+    for (int r = 0; r < vertices->run_count; r++) {
+        const int *run = vertices->run[r];
+        double far, fast;
+        rows.count = run[1] - run[0];
+        rows_bound_motion(&rows, (const char *)vertices->present + (size_t)run[0] * bytes, &far,
+                          &fast);
+        *displacement = fmax(*displacement, far);
+        *speed = fmax(*speed, fast);
+    }
 }
 
 int vertices_read_state(const void *model, int *id, Vec3 *position, Vec3 *velocity)

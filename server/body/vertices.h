@@ -37,8 +37,12 @@ typedef struct Vertices {
     void *inverse_mass; // Real [capacity + 1] [1/kg]; 0: fixed
     int *id;            // [capacity]
     const VertexKernels *kernels;
-    double damping_time;   // of the elements: damping over stiffness [s]; 0: they have none
-    double drag;           // on the vertices, per mass [1/s] (drag.h); 0: none
+    double damping_time; // of the elements: damping over stiffness [s]; 0: they have none
+    double drag;         // on the vertices, per mass [1/s] (drag.h); 0: none
+    // Of a body most of whose rows do not move by themselves: those that do, as ascending runs
+    // [first, end); what others hold stays in each of both arrays. NULL: all rows move.
+    const int (*run)[2];
+    int run_count;
     double position_limit; // [m] a displacement beyond it counts as a bad number
     // Bodies of many elements sum forces in two arrays, `force` and `more`, one for each half of
     // their batches, so that two threads can work on them; with one thread as well, so that the
@@ -107,7 +111,9 @@ void vertices_restored(Vertices *vertices);
 // --- operations of body/body.h, of models that begin with their Vertices; nodes are vertices
 // ---
 void vertices_drift(void *model, double dt);
-bool vertices_commit(void *model); // ends a tick; the frame of a body in space then follows it
+bool vertices_commit(void *model); // ends a tick, then follows
+void vertices_follow(
+    Vertices *vertices); // lets the frame of a body in space follow it, after a tick
 void vertices_abandon(void *model);
 bool vertices_is_fixed(const void *model, int vertex);
 void vertices_read_nodes(const void *model, const int *vertex, int count, Vec3 *position,
