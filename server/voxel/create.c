@@ -422,6 +422,10 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     // Elements and vertices.
     layout_create(&making.layout, options->lattice, options->body.levels);
     bool ok = lattice_mesh_create(&making.mesh, &making.layout, status);
+    if (ok && options->surface_level > 0)
+        lattice_mesh_sort(&making.mesh, options->body.levels > options->surface_level
+                                            ? options->body.levels
+                                            : options->surface_level);
     making.capacity = making.mesh.vertex_count;
     // Refuse what does not fit.
     ok = ok &&

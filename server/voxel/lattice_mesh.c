@@ -203,3 +203,65 @@ void lattice_mesh_destroy(LatticeMesh *mesh)
     free(mesh->face_element);
     *mesh = (LatticeMesh){0};
 }
+
+// ---------------------------------------------------------------------------------------------
+// Another order
+
+typedef struct SortedVertex {
+    int group, block[3], vertex; // group: outer ones first, then by level, the coarsest first
+} SortedVertex;
+
+static int compare_vertices(const void *a, const void *b)
+{
+    const SortedVertex *x = a, *y = b;
+    const int key[2][5] = {{x->group, x->block[2], x->block[1], x->block[0], x->vertex},
+                           {y->group, y->block[2], y->block[1], y->block[0], y->vertex}};
+    for (int k = 0; k < 5; k++)
+        if (key[0][k] != key[1][k])
+            return key[0][k] < key[1][k] ? -1 : 1;
+    return 0;
+}
+
+// Moves items of a size in bytes to the order of `sorted`.
+static void permute(void *items, size_t bytes, const SortedVertex *sorted, int count)
+{
+    char *copy = malloc((size_t)count * bytes + 1);
+    ASSERT(copy != NULL);
+    memcpy(copy, items, (size_t)count * bytes);
+    for (int v = 0; v < count; v++)
+        memcpy((char *)items + (size_t)v * bytes, copy + (size_t)sorted[v].vertex * bytes, bytes);
+    free(copy);
+}
+
+void lattice_mesh_sort(LatticeMesh *mesh, int levels)
+{
+    const int count = mesh->vertex_count;
+    SortedVertex *sorted = calloc((size_t)count + 1, sizeof *sorted);
+    int *now = calloc((size_t)count + 1, sizeof *now); // by what it was
+    ASSERT(sorted != NULL && now != NULL);
+    for (int v = 0; v < count; v++) {
+        const int *point = mesh->point[v], all = point[0] | point[1] | point[2];
+        int level = 0;
+        while (level < levels && (all >> level & 1) == 0)
+            level++;
+        sorted[v].group = levels - level + (v < mesh->surface_count ? 0 : levels + 1);
+        for (int d = 0; d < 3; d++)
+            sorted[v].block[d] = point[d] >> levels;
+        sorted[v].vertex = v;
+    }
+    qsort(sorted, (size_t)count, sizeof *sorted, compare_vertices);
+    for (int v = 0; v < count; v++)
+        now[sorted[v].vertex] = v;
+    permute(mesh->point, sizeof *mesh->point, sorted, count);
+    permute(mesh->id, sizeof *mesh->id, sorted, count);
+    permute(mesh->piece, sizeof *mesh->piece, sorted, count);
+    for (int e = 0; e < mesh->element_count; e++)
+        for (int n = 0; n < NODE_COUNT; n++)
+            if (mesh->vertex[e][n] >= 0)
+                mesh->vertex[e][n] = now[mesh->vertex[e][n]];
+    for (int f = 0; f < mesh->face_count; f++)
+        for (int c = 0; c < 3; c++)
+            mesh->face[f][c] = now[mesh->face[f][c]];
+    free(sorted);
+    free(now);
+}

@@ -34,6 +34,10 @@ typedef struct LatticeMesh {
 // then by their lowest slot. False with `status`: more points than an id can express.
 bool lattice_mesh_create(LatticeMesh *mesh, const Layout *layout, Status *status);
 void lattice_mesh_destroy(LatticeMesh *mesh);
+// Orders the vertices of each group anew: first those that are corners of the coarsest blocks, then
+// those of the next, and within these by coarsest block; vertices of one point stay together. So
+// the rows that a body uses while its elements are large are few and adjacent.
+void lattice_mesh_sort(LatticeMesh *mesh, int levels);
 
 // Returns the vertices of an outer square, counter-clockwise from outside; its triangles have the
 // first three, and the first, third and fourth.

@@ -6,6 +6,7 @@
 #include "voxel/lattice_faces.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -185,8 +186,34 @@ bool cut_faces_derive(CutFaces *faces, Body *body)
 // ---------------------------------------------------------------------------------------------
 // Load time
 
-static void list_outer(CutFaces *faces, const Layout *layout, int surface_count)
+static int compare_points(const void *a, const void *b)
 {
+    const VertexId *x = a, *y = b;
+    if (x->id != y->id)
+        return x->id < y->id ? -1 : 1;
+    return (x->vertex > y->vertex) - (x->vertex < y->vertex);
+}
+
+// Publishes vertices by their points, x fastest, then by their part: in the order of bodies that do
+// not adapt, whatever that of the rows.
+static void sort_slots(CutFaces *faces, const VoxelMaking *making, int slots)
+{
+    const int *n = making->layout.lattice_count;
+    const int points = (n[0] + 1) * (n[1] + 1) * (n[2] + 1);
+    VertexId *order = malloc(((size_t)slots + 1) * sizeof *order);
+    ASSERT(order != NULL);
+    for (int s = 0; s < slots; s++)
+        order[s] = (VertexId){making->mesh.id[s] % points, s};
+    qsort(order, (size_t)slots, sizeof *order,
+          compare_points); // those of one point stay as they are
+    for (int s = 0; s < slots; s++)
+        faces->slot_vertex[s] = order[s].vertex;
+    free(order);
+}
+
+static void list_outer(CutFaces *faces, const VoxelMaking *making)
+{
+    const Layout *layout = &making->layout;
     for (int e = 0; e < layout->leaf_count && layout->leaf[e].level == 0; e++) {
         // Squares in the order of the uncut body's faces; its leaves may have merged since.
         const int *at = layout->leaf[e].cell;
@@ -196,10 +223,12 @@ static void list_outer(CutFaces *faces, const Layout *layout, int surface_count)
                 faces->square[(*faces->shown)++] = 6 * cell + d;
     }
     // Its nodes have the first slots.
-    const int slots = faces->all ? cut_lattice_used(faces->lattice) : surface_count;
+    const int slots = faces->all ? cut_lattice_used(faces->lattice) : making->mesh.surface_count;
     *faces->slot_count = slots;
     for (int s = 0; s < slots; s++)
         faces->slot_vertex[s] = s;
+    if (faces->lattice->adapts && !faces->all)
+        sort_slots(faces, making, slots);
     memset(faces->copied_from, -1,
            (size_t)faces->lattice->vertex_capacity * sizeof *faces->copied_from);
 }
@@ -365,7 +394,7 @@ bool cut_faces_create(CutFaces *faces, const CutPieces *pieces, const CutMasses 
     create_surface(faces, name, without_contacts, arena);
     create_mesh(faces, name, arena);
     describe(faces, size, body);
-    list_outer(faces, &making->layout, mesh->surface_count);
+    list_outer(faces, making);
     bool sound = cut_faces_derive(faces, body);
     ASSERT(sound);
     if (!without_contacts) { // areas are known now
