@@ -80,10 +80,14 @@ static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
 static bool voxel_commit(void *self)
 {
     VoxelModel *model = self;
-    const bool good = vertices_commit(&model->vertices);
+    const bool good = vertices_end(&model->vertices);
+    if (good && model->cuts != NULL)
+        cut_body_ended(model->cuts);
+    if (good)
+        vertices_follow(&model->vertices);
     if (good && model->batches->relaxation != NULL)
         relaxation_commit(model->batches->relaxation);
-    if (good && model->cuts != NULL)
+    if (good && model->cuts != NULL && model->vertices.rows.floating)
         cut_body_committed(model->cuts);
     return good;
 }
@@ -144,6 +148,15 @@ static void voxel_fit_node(const void *self, int node, int64_t step, FitNode *ou
         cut_fit_node(model->cuts->fit, node, step, out);
     else
         fitted_node(model->fitted, &model->vertices.rows, node, out);
+}
+
+static void voxel_read_nodes(const void *self, const int *node, int count, Vec3 *position,
+                             Vec3 *velocity)
+{
+    if (carries(self))
+        cut_body_read(self, node, count, position, velocity);
+    else
+        vertices_read_nodes(self, node, count, position, velocity);
 }
 
 static void voxel_add_forces(void *self, const int *node, int count, const Vec3 *force)
@@ -272,7 +285,7 @@ static const char *voxel_isa(const void *self)
 #define OPERATIONS                                                                                 \
     .model = "voxel", .drift = vertices_drift, .evaluate = voxel_evaluate, .commit = voxel_commit, \
     .abandon = voxel_abandon, .check = voxel_check, .restore = voxel_restore,                      \
-    .read_nodes = vertices_read_nodes, .bound_motion = vertices_bound_motion,                      \
+    .read_nodes = voxel_read_nodes, .bound_motion = vertices_bound_motion,                         \
     .fit_node = voxel_fit_node, .add_forces = voxel_add_forces, .kick_nodes = voxel_kick_nodes,    \
     .find_nodes = voxel_find_nodes, .add_load = vertices_add_load,                                 \
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \

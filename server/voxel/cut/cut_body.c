@@ -222,11 +222,44 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
 void cut_body_committed(VoxelCuts *cuts)
 {
     const CutMasses *masses = &cuts->masses;
-    Vertices *vertices = masses->vertices;
-    for (int k = 0; k < masses->retired_count && vertices->rows.floating; k++)
-        vertices_retire(vertices, masses->retired[k]);
+    for (int k = 0; k < masses->retired_count; k++)
+        vertices_retire(masses->vertices, masses->retired[k]);
+    if (cuts->carry != NULL && masses->vertices->drags != NULL)
+        cut_masses_clear_free(masses);
+}
+
+void cut_body_ended(VoxelCuts *cuts)
+{
+    Vertices *vertices = cuts->masses.vertices;
     if (cuts->carry != NULL)
         cut_carry_update(cuts->carry, vertices->row[vertices->current]);
+}
+
+// Between ticks all rows are up to date.
+void cut_body_read(const VoxelModel *model, const int *vertex, int count, Vec3 *position,
+                   Vec3 *velocity)
+{
+    const Vertices *vertices = &model->vertices;
+    const CutCarry *carry = model->cuts->carry;
+    FitWeight weight[NODE_COUNT];
+    vertices_read_nodes(model, vertex, count, position, velocity);
+    if (vertices->present == vertices_row(vertices))
+        return;
+    for (int i = 0; i < count; i++) {
+        if (!cut_lattice_is_carried(carry->lattice, vertex[i]))
+            continue;
+        const int carriers = cut_carry_weights(carry, vertex[i], weight);
+        Vec3 x = {0.0, 0.0, 0.0}, v = {0.0, 0.0, 0.0};
+        for (int w = 0; w < carriers; w++) {
+            Vec3 at, speed;
+            rows_read(&vertices->rows, vertices->present, weight[w].vertex, &at, &speed);
+            x = vec3_madd(x, weight[w].weight, at);
+            v = vec3_madd(v, weight[w].weight, speed);
+        }
+        position[i] = x;
+        if (velocity != NULL)
+            velocity[i] = v;
+    }
 }
 
 // ---------------------------------------------------------------------------------------------

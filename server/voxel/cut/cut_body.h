@@ -59,9 +59,13 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
                      TopologyChange *change);
 
 // --- parts of operations that all voxel bodies have ---
-// Keeps vertices without elements in their place, after the frame has followed the body, and brings
-// carried ones to theirs.
+// Brings carried vertices to their place when a tick has ended, before the frame follows the body.
+void cut_body_ended(VoxelCuts *cuts);
+// Keeps vertices without elements in their place, after the frame has followed the body.
 void cut_body_committed(VoxelCuts *cuts);
+// Reads positions and velocities, of carried vertices from what carries them.
+void cut_body_read(const VoxelModel *model, const int *vertex, int count, Vec3 *position,
+                   Vec3 *velocity);
 // Records what pushes from outside; after vertices_begin.
 void cut_body_feel(VoxelCuts *cuts);
 // The same of impulses [N s] of a substep h [s] on some vertices.

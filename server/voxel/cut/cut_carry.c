@@ -173,6 +173,26 @@ void cut_carry_spread(const CutCarry *carry, void *force, const int *vertex, int
 // ---------------------------------------------------------------------------------------------
 // Lists
 
+// Returns bits of the middles that a site follows from, those included that these follow from.
+static unsigned middles_of(CarrySite site)
+{
+    unsigned points = 0, need = 0;
+    for (int c = 0; c < 8; c++) {
+        int at = site.low;
+        for (int d = 0; d < 3; d++)
+            at += (c >> d & 1) && site.share[d] > 0 ? STEP[d] : 0;
+        points |= 1u << at;
+    }
+    for (int m = EDGES; m < MIDDLES; m++)
+        if (points >> MIDDLE[m].at & 1)
+            for (int side = -1; side <= 1; side += 2)
+                points |= 1u << (MIDDLE[m].at + side * STEP[MIDDLE[m].a]) |
+                          1u << (MIDDLE[m].at + side * STEP[MIDDLE[m].b]);
+    for (int m = 0; m < MIDDLES; m++)
+        need |= (points >> MIDDLE[m].at & 1) << m;
+    return need | (points >> CENTRE & 1) << MIDDLES;
+}
+
 // Lists a carried vertex with the leaf around the cell of its anchor.
 static void enter(CutCarry *carry, int vertex)
 {
@@ -183,11 +203,13 @@ static void enter(CutCarry *carry, int vertex)
     const int own = leaf[lattice->anchor[vertex]], at = own - lattice->level_first[1];
     ASSERT(at >= 0);
     if (carry->first[at] < 0) {
+        carry->need[at] = 0;
         carry->place[at] = carry->leaf_count;
         carry->leaf[carry->leaf_count++] = own;
     }
     carry->leaf_of[vertex] = own;
     carry->site[vertex] = site_in(lattice, own, point);
+    carry->need[at] |= middles_of(carry->site[vertex]);
     carry->next[vertex] = carry->first[at];
     carry->first[at] = vertex;
     carry->count++;
@@ -269,6 +291,7 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->site = ALLOCATE(ARENA_TOPOLOGY, kept, CarrySite, "sites of carried vertices");
     carry->next = ALLOCATE(ARENA_TOPOLOGY, kept, int, "next carried vertices");
     carry->first = ALLOCATE(ARENA_TOPOLOGY, larger, int, "first carried vertices");
+    carry->need = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "middles of carrying elements");
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
     carry->leaf = ALLOCATE(ARENA_TOPOLOGY, larger, int, "carrying elements");
     carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, int, "updated elements");

@@ -29,6 +29,7 @@ typedef struct CutCarry {
     CarrySite *site; // [kept_end]
     int *next;       // [kept_end] another vertex of its element; -1: none
     int *first;      // [element - level_first[1]] one of its vertices; -1: none
+    unsigned *need;  // [element - level_first[1]] bit m: its vertices follow from middle m
     int *place;      // [element - level_first[1]] in `leaf`
     int *leaf;       // elements with such vertices, in no order that matters
     int leaf_count;

@@ -3,15 +3,16 @@
 // once for each precision with REAL, NUMBERS (a vector of the ROW numbers of a row), FILL, PUT and
 // UPDATE, names of its own.
 
-// Reads the rows of an element's vertices, and fills in absent points.
-static inline void FILL(const int *node, const REAL *row, NUMBERS point[POINTS])
+// Reads the rows of an element's vertices, and fills in absent points that are needed.
+static inline void FILL(const int *node, const REAL *row, unsigned need, NUMBERS point[POINTS])
 {
     for (int n = 0; n < NODE_COUNT; n++)
         if (node[n] >= 0)
             memcpy(&point[n < NODE_CORNERS ? CORNER_AT[n] : MIDDLE[n - NODE_CORNERS].at],
                    row + (long)node[n] * ROW, sizeof *point);
     // Edges before faces.
-    for (int m = 0; m < MIDDLES; m++) {
+    for (unsigned left = need & ((1u << MIDDLES) - 1); left != 0; left &= left - 1) {
+        const int m = __builtin_ctz(left);
         NUMBERS *to = &point[MIDDLE[m].at];
         const int a = STEP[MIDDLE[m].a], b = STEP[MIDDLE[m].b];
         if (node[NODE_CORNERS + m] >= 0)
@@ -21,8 +22,9 @@ static inline void FILL(const int *node, const REAL *row, NUMBERS point[POINTS])
         else
             *to = (REAL)0.25 * ((to[-a] + to[a]) + (to[-b] + to[b]));
     }
-    point[CENTRE] = (REAL)0.125 * (((point[0] + point[2]) + (point[6] + point[8])) +
-                                   ((point[18] + point[20]) + (point[24] + point[26])));
+    if (need >> MIDDLES & 1)
+        point[CENTRE] = (REAL)0.125 * (((point[0] + point[2]) + (point[6] + point[8])) +
+                                       ((point[18] + point[20]) + (point[24] + point[26])));
 }
 
 // Interpolates along the axes on which a site is between points.
@@ -57,8 +59,9 @@ static inline void PUT(const NUMBERS *low, const unsigned char share[3], REAL *t
 static void UPDATE(const CutCarry *carry, int leaf, REAL *row)
 {
     NUMBERS point[POINTS];
-    FILL(cut_lattice_nodes(carry->lattice, leaf), row, point);
-    for (int v = carry->first[leaf - carry->lattice->level_first[1]]; v >= 0; v = carry->next[v])
+    const int at = leaf - carry->lattice->level_first[1];
+    FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], point);
+    for (int v = carry->first[at]; v >= 0; v = carry->next[v])
         PUT(&point[carry->site[v].low], carry->site[v].share, row + (long)v * ROW);
 }
 

@@ -30,6 +30,12 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
     masses->node_mass = masses->vertices->mass;
     if (lattice->adapts) // constant where nothing is cut
         masses->node_mass = ALLOCATE(ARENA_CONTACT, vertices, double, "masses of finest cells");
+    if (lattice->adapts) {
+        const int blocks = vertices / RUN_ROWS + 1;
+        masses->busy = ALLOCATE(ARENA_TOPOLOGY, blocks, int, "busy rows");
+        masses->run = arena_allocate(arena, ARENA_STEP, (size_t)(blocks / 2 + 1),
+                                     sizeof *masses->run, "%s/runs of rows", name);
+    }
     if (lattice->removable)
         masses->retired = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "vertices without elements");
 }
@@ -380,8 +386,8 @@ static void clear_row(CutMasses *masses, int vertex)
 {
     masses->node_mass[vertex] = 0.0;
     Vertices *vertices = masses->vertices;
-    for (int c = 0; c < ROW; c++)
-        rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);
+    for (int c = 0; c < 2 * ROW; c++)
+        rows_put(&vertices->rows, vertices->row[c / ROW], (long)vertex * ROW + c % ROW, 0.0);
 }
 
 // Sets the row of a new vertex to the mean of its parents: displacements are interpolated like
@@ -639,6 +645,61 @@ static void repair_groups(CutMasses *masses)
 
 // ---------------------------------------------------------------------------------------------
 
+// ---------------------------------------------------------------------------------------------
+// Rows that move
+
+static void list_runs(CutMasses *masses)
+{
+    Vertices *vertices = masses->vertices;
+    const int used = cut_lattice_used(masses->lattice);
+    int count = 0;
+    for (int first = 0, block = 0; first < used; first += RUN_ROWS, block++) {
+        const int end = first + RUN_ROWS < used ? first + RUN_ROWS : used;
+        if (masses->busy[block] == 0)
+            continue;
+        if (count > 0 && masses->run[count - 1][1] == first) {
+            masses->run[count - 1][1] = end;
+            continue;
+        }
+        masses->run[count][0] = first;
+        masses->run[count++][1] = end;
+    }
+    vertices->run = (const int(*)[2])masses->run;
+    vertices->run_count = count;
+}
+
+static void follow_runs(CutMasses *masses)
+{
+    const CutChanges *changes = &masses->lattice->changes;
+    for (int b = 0; b < changes->birth_count; b++)
+        masses->busy[changes->birth[b].vertex / RUN_ROWS]++;
+    for (int i = 0; i < changes->ended_count; i++)
+        masses->busy[changes->ended[i].vertex / RUN_ROWS]--;
+    list_runs(masses);
+}
+
+static void derive_runs(CutMasses *masses)
+{
+    const CutLattice *lattice = masses->lattice;
+    memset(masses->busy, 0, (size_t)(lattice->vertex_capacity / RUN_ROWS + 1) * sizeof(int));
+    for (int v = 0; v < cut_lattice_used(lattice); v++)
+        if (lattice->vertex_id[v] >= 0 && !cut_lattice_is_carried(lattice, v))
+            masses->busy[v / RUN_ROWS]++;
+    list_runs(masses);
+}
+
+void cut_masses_clear_free(const CutMasses *masses)
+{
+    const Vertices *vertices = masses->vertices;
+    const int *id = masses->lattice->vertex_id;
+    for (int r = 0; r < vertices->run_count; r++)
+        for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
+            for (int c = 0; c < ROW && id[v] < 0; c++)
+                rows_put(&vertices->rows, vertices->row[vertices->current], (long)v * ROW + c, 0.0);
+}
+
+// ---------------------------------------------------------------------------------------------
+
 void cut_masses_follow(CutMasses *masses, bool divided)
 {
     const CutLattice *lattice = masses->lattice;
@@ -680,6 +741,8 @@ void cut_masses_follow(CutMasses *masses, bool divided)
             clear_row(masses, changes->ended[i].vertex);
     for (int t = 0; t < masses->touched_count; t++)
         masses->group[masses->touched[t]] = -1;
+    if (lattice->adapts)
+        follow_runs(masses);
 }
 
 void cut_masses_derive(CutMasses *masses)
@@ -697,4 +760,6 @@ void cut_masses_derive(CutMasses *masses)
         }
         set_mass(masses, v);
     }
+    if (lattice->adapts)
+        derive_runs(masses);
 }

@@ -18,6 +18,8 @@ typedef struct AffineFit {
     double sum[8], moment[3][8], gradient[3][8]; // of each number of a row; sum: the mean
 } AffineFit;
 
+enum { RUN_ROWS = 32 }; // a multiple of what a kernel advances together
+
 typedef struct CutMasses {
     // --- constant ---
     const CutLattice *lattice;
@@ -37,6 +39,10 @@ typedef struct CutMasses {
 
     double *node_mass; // [vertex_capacity] that contacts see: of the finest cells of a vertex's
                        // part, whatever the leaves. The vertices' own unless the body adapts
+
+    // Of a body that adapts: how many of each RUN_ROWS rows belong to vertices with elements, and
+    // the runs of rows that move (Vertices.run).
+    int *busy, (*run)[2];
 
     int *retired, retired_count; // vertices without elements; NULL: cells cannot go
 
@@ -60,6 +66,8 @@ void cut_masses_follow(CutMasses *masses, bool divided);
 void cut_masses_derive(CutMasses *masses);
 // True if a vertex is fixed: a carried one, if its point is.
 bool cut_masses_is_fixed(const CutMasses *masses, int vertex);
+// Brings free rows back to zero, of a body whose drag gives velocity to all rows that move.
+void cut_masses_clear_free(const CutMasses *masses);
 // Returns the largest distance by which a merge of an element that can merge would move a vertex of
 // its children, in cells: from where its own vertices take it.
 double cut_masses_residual(const CutMasses *masses, int element);
