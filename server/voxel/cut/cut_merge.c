@@ -247,7 +247,7 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
            cut_parts_room(lattice) >= NODE_CORNERS;
 }
 
-// Gives an element the vertices that its children had at its nodes, of those with a solid cell.
+// Gives an element the vertices that its children had at its nodes: of each the first.
 static void hand_up(CutLattice *lattice, int element)
 {
     const CutScratch *scratch = lattice->scratch;
@@ -263,7 +263,7 @@ static void hand_up(CutLattice *lattice, int element)
             const int node =
                 scratch->node_at[(c & 1) + (k & 1) + 3 * ((c >> 1 & 1) + (k >> 1 & 1)) +
                                  9 * ((c >> 2) + (k >> 2))];
-            if (node >= 0 && (nodes[node] < 0 || cut_lattice_is_in_void(lattice, nodes[node])))
+            if (node >= 0 && nodes[node] < 0)
                 nodes[node] = old[k];
         }
         const int count = cut_parts_is_cell(lattice, child) ? NODE_CORNERS : NODE_COUNT;

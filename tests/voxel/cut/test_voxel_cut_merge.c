@@ -404,8 +404,17 @@ static void check_changes(CutLattice *cut, Follower *follower)
     FREED bool *named = calloc((size_t)cut->vertex_capacity, sizeof *named);
     for (int b = 0; b < cut->changes.birth_count; b++)
         named[cut->changes.birth[b].vertex] = true;
-    for (int k = 0; k < cut->changes.ended_count; k++)
-        named[cut->changes.ended[k].vertex] = true;
+    FREED bool *ended = calloc((size_t)cut->vertex_capacity, sizeof *ended);
+    for (int k = 0; k < cut->changes.ended_count; k++) {
+        const CutEnd *end = &cut->changes.ended[k];
+        int place[3];
+        assert_false(ended[end->vertex]);
+        named[end->vertex] = ended[end->vertex] = true;
+        cut_lattice_point(cut, end->vertex, place);
+        for (int d = 0; d < 3; d++)
+            assert_in_range(place[d] - cut->element[end->element].cell[d], 0,
+                            1 << cut->element[end->element].level);
+    }
     Follower now = follower_create(cut);
     for (int v = 0; v < cut->vertex_capacity; v++) {
         if (named[v])
@@ -542,6 +551,8 @@ static void assert_all_met(const Met *met)
 static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *seed, Met *met)
 {
     CutLattice *cut = &sample->cut;
+    if (random_below(seed, 2) == 0)
+        cut_lattice_coarsen(cut);
     Follower follower = follower_create(cut);
     check_all(sample);
     for (int step = 0; step < steps; step++) {
