@@ -70,11 +70,15 @@ VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena)
 // One element, lengths over its edge.
 typedef struct ErrorElement {
     int count;
-    int vertex[NODE_COUNT];           // corners first
-    unsigned char corner[NODE_COUNT]; // bit c: corner c is on the same edge or face, or the same
+    int vertex[NODE_COUNT]; // corners first
+    // Bit c: it is corner c, or in the middle of an edge or face that has corner c; how many those
+    // are.
+    unsigned char corner[NODE_COUNT], corners[NODE_COUNT];
     const ElementClass *by;
-    double f[3][3];          // F
-    Vec3 u[NODE_CORNERS];    // displacements of the corners
+    double f[3][3]; // F
+    // Of the displacements of the corners: number m is their sum with the product of the signs of
+    // the coordinates of its bits.
+    Vec3 mode[NODE_CORNERS];
     double mu, lambda, bend; // [Pa]; bend: of the residual, alpha k / H
     double excess;           // share of the residual's energy that bending should not have
     const double *last;      // rotation, see VoxelPass
@@ -87,40 +91,57 @@ static void add_outer(double m[3][3], Vec3 a, Vec3 b)
         m[k / 3][k % 3] += x[k / 3] * y[k % 3];
 }
 
-// Adds vertex `p` of an element with its area vector, over H^2.
-static void add_vertex(const Vertices *vertices, ErrorElement *e, int p, int vertex, Vec3 area)
+// Computes the modes of the corners' displacements, in place: sums and differences along the axes,
+// one after the other.
+static void to_modes(Vec3 mode[NODE_CORNERS])
 {
-    const Vec3 u = vec3_scale(1.0 / e->by->size,
-                              rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0));
-    e->vertex[p] = vertex;
-    if (p < NODE_CORNERS)
-        e->u[p] = u;
-    add_outer(e->f, u, area);
+    for (int bit = 1; bit < NODE_CORNERS; bit *= 2)
+        for (int c = 0; c < NODE_CORNERS; c++)
+            if (!(c & bit)) {
+                const Vec3 low = mode[c], high = mode[c | bit];
+                mode[c] = vec3_add(high, low);
+                mode[c | bit] = vec3_sub(high, low);
+            }
+}
+
+static Vec3 displacement(const VoxelModel *model, const ErrorElement *e, int vertex)
+{
+    const Vertices *vertices = &model->vertices;
+    return vec3_scale(1.0 / e->by->size,
+                      rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0));
 }
 
 static void read_plain(const VoxelModel *model, const int *vertex, ErrorElement *e)
 {
     e->count = NODE_CORNERS;
     for (int p = 0; p < NODE_CORNERS; p++) {
-        const Vec3 area =
-            vec3(0.5 * (p & 1) - 0.25, 0.5 * (p >> 1 & 1) - 0.25, 0.5 * (p >> 2) - 0.25);
         e->corner[p] = (unsigned char)(1 << p);
-        add_vertex(&model->vertices, e, p, vertex[p * LANES], area);
+        e->corners[p] = 1;
+        e->vertex[p] = vertex[p * LANES];
+        e->mode[p] = displacement(model, e, e->vertex[p]);
+    }
+    to_modes(e->mode);
+    // Area vectors of 1/4.
+    for (int k = 0; k < 3; k++) {
+        const Vec3 g = e->mode[1 << k];
+        e->f[0][k] = (k == 0 ? 1.0 : 0.0) + 0.25 * g.x;
+        e->f[1][k] = (k == 1 ? 1.0 : 0.0) + 0.25 * g.y;
+        e->f[2][k] = (k == 2 ? 1.0 : 0.0) + 0.25 * g.z;
     }
 }
 
-// Returns the corners among which a vertex is, from its place relative to corner 0 in edges.
-static unsigned char corners_around(Vec3 place)
+// Finds the corners among which vertex p is, from its place relative to corner 0 in edges.
+static void find_corners(ErrorElement *e, int p, Vec3 place)
 {
     const double at[3] = {place.x, place.y, place.z};
-    unsigned corners = 0;
-    for (unsigned c = 0; c < NODE_CORNERS; c++) {
+    e->corner[p] = e->corners[p] = 0;
+    for (int c = 0; c < NODE_CORNERS; c++) {
         bool among = true;
         for (int d = 0; d < 3; d++)
             among = among && fabs(at[d] - (c >> d & 1)) < 0.75;
-        corners |= (unsigned)among << c;
+        e->corner[p] |= (unsigned char)(among << c);
+        e->corners[p] += among;
     }
-    return (unsigned char)corners;
 }
 
 static void read_hanging(const VoxelModel *model, const RestTable *table, int lane,
@@ -128,6 +149,9 @@ static void read_hanging(const VoxelModel *model, const RestTable *table, int la
 {
     const Rows *rows = &model->vertices.rows;
     Vec3 first = {0.0, 0.0, 0.0};
+    for (int k = 0; k < 9; k++)
+        e->f[k / 3][k % 3] = k % 4 == 0 ? 1.0 : 0.0;
+    e->count = 0;
     for (int p = 0; p < table->count && vertex[p * LANES] != model->vertices.capacity; p++) {
         double row[TABLE_ROW];
         for (int k = 0; k < TABLE_ROW; k++) {
@@ -138,10 +162,15 @@ static void read_hanging(const VoxelModel *model, const RestTable *table, int la
         const Vec3 rest = vec3(row[4], row[5], row[6]);
         if (p == 0)
             first = rest;
-        e->corner[p] = corners_around(vec3_sub(rest, first));
-        add_vertex(&model->vertices, e, p, vertex[p * LANES], vec3(row[0], row[1], row[2]));
+        find_corners(e, p, vec3_sub(rest, first));
+        e->vertex[p] = vertex[p * LANES];
+        const Vec3 u = displacement(model, e, e->vertex[p]);
+        if (p < NODE_CORNERS)
+            e->mode[p] = u;
+        add_outer(e->f, u, vec3(row[0], row[1], row[2]));
         e->count++;
     }
+    to_modes(e->mode);
 }
 
 // Reads the element in a lane; false: none.
@@ -156,16 +185,17 @@ static bool read_element(const VoxelModel *model, bool hanging, int batch, int l
         return false;
     const int which =
         hanging ? runs->hanging.element_class[batch][lane] : runs->plain.element_class[batch];
-    *e = (ErrorElement){.f = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}},
-                        .by = &runs->classes[which]};
+    e->by = &runs->classes[which];
     e->last = runs->last[batch + (hanging ? runs->plain.batch_count : 0)][lane];
     e->bend = e->by->residual / e->by->size;
     if (model->law == VOXEL_MIYAZAKI2004) {
         e->mu = e->bend;
+        e->lambda = 0.0;
         e->excess = 2.0 / 3.0; // alpha is 1 in place of 1/3
     } else {
         e->mu = e->by->mu;
         e->lambda = e->by->lambda;
+        e->excess = 0.0;
     }
     if (hanging)
         read_hanging(model, &runs->tables[runs->hanging.table[batch]], lane, vertex, e);
@@ -215,22 +245,19 @@ static void uniform_strain(const ErrorElement *e, double strain[STRAINS], double
 // i, m = p q being yz, zx, xy, or xyz, and s +-1 in the corners.
 static void bent_modes(const ErrorElement *e, const double r[3][3], double a[3][4])
 {
-    static const unsigned AXES[4] = {6, 5, 3, 7};
+    static const int AXES[4] = {6, 5, 3, 7};
     for (int m = 0; m < 4; m++) {
-        Vec3 sum = {0.0, 0.0, 0.0};
-        for (unsigned c = 0; c < NODE_CORNERS; c++) {
-            const bool odd = __builtin_popcount(~c & AXES[m]) % 2 != 0;
-            sum = vec3_madd(sum, odd ? -0.125 : 0.125, e->u[c]);
-        }
+        const Vec3 sum = vec3_scale(0.125, e->mode[AXES[m]]);
         for (int i = 0; i < 3; i++)
             a[i][m] = r[0][i] * sum.x + r[1][i] * sum.y + r[2][i] * sum.z;
     }
 }
 
 // Computes the strain in the corners: the uniform one, and what the residual stands for. Stretches
-// vary as the corners' displacements say, and thin the other axes by Poisson's ratio, as in a bent
-// bar; of shear only what twists, since what else the corners show of it is bending, which the
-// element takes for what it is (README.md, "Bending and the factor alpha").
+// vary as the corners' displacements say; along an axis itself they vary as those of the other axes
+// do along it, without stress (Poisson), as through the thickness of a bent plate, which no corner
+// shows. Of shear only what twists: what else the corners show of it is bending, which the element
+// takes for what it is (README.md, "Bending and the factor alpha").
 static void corner_strains(const ErrorElement *e, CornerStrain *out)
 {
     double strain[STRAINS], r[3][3], a[3][4], modes = 0.0;
@@ -240,17 +267,13 @@ static void corner_strains(const ErrorElement *e, CornerStrain *out)
         modes += a[k / 4][k % 4] * a[k / 4][k % 4];
     out->bending = 4.0 * e->bend * modes;
     out->energy = energy_of(e, strain) + out->bending;
-    const double nu = e->lambda > 0.0 ? 0.5 * e->lambda / (e->lambda + e->mu) : 0.0;
+    const double thin = e->lambda > 0.0 ? e->lambda / (e->lambda + 2.0 * e->mu) : 0.0;
     for (int c = 0; c < NODE_CORNERS; c++) {
         const double s[3] = {c & 1 ? 1.0 : -1.0, c & 2 ? 1.0 : -1.0, c & 4 ? 1.0 : -1.0};
-        double stretch[3];
         for (int i = 0; i < 3; i++) {
             const int p = (i + 1) % 3, q = (i + 2) % 3;
-            stretch[i] = 2.0 * (a[i][q] * s[p] + a[i][p] * s[q] + a[i][3] * s[p] * s[q]);
-        }
-        for (int i = 0; i < 3; i++) {
-            const int p = (i + 1) % 3, q = (i + 2) % 3;
-            out->at[c][i] = strain[i] + stretch[i] - nu * (stretch[p] + stretch[q]);
+            const double own = a[i][q] * s[p] + a[i][p] * s[q] + a[i][3] * s[p] * s[q];
+            out->at[c][i] = strain[i] + 2.0 * (own - thin * (a[p][q] + a[q][p]) * s[i]);
             out->at[c][3 + i] = strain[3 + i] + (a[p][p] + a[q][q]) * s[i];
         }
     }
@@ -263,13 +286,10 @@ static void gather(VoxelError *error, const ErrorElement *e)
     const float weight = (float)(1.0 / e->by->size);
     for (int p = 0; p < e->count; p++) {
         VertexError *to = &error->vertex[e->vertex[p]];
-        for (unsigned c = 0; c < NODE_CORNERS; c++) {
-            if (!(e->corner[p] >> c & 1))
-                continue;
-            for (int k = 0; k < STRAINS; k++)
+        for (int c = 0; c < NODE_CORNERS; c++)
+            for (int k = 0; k < STRAINS && (e->corner[p] >> c & 1); k++)
                 to->strain[k] += weight * (float)strain.at[c][k];
-            to->weight += weight;
-        }
+        to->weight += weight * (float)e->corners[p];
     }
 }
 
@@ -277,22 +297,27 @@ static void gather(VoxelError *error, const ErrorElement *e)
 // between the corners.
 static double defect_of(const VoxelError *error, const ErrorElement *e, const CornerStrain *own)
 {
-    double mode[NODE_CORNERS][STRAINS] = {{0.0}}, sum = 0.0;
-    for (unsigned c = 0; c < NODE_CORNERS; c++) {
+    double mode[NODE_CORNERS][STRAINS], sum = 0.0;
+    for (int c = 0; c < NODE_CORNERS; c++) {
         const VertexError *at = &error->vertex[e->vertex[c]];
         // A vertex that came within this round knows nothing.
-        if (!(at->weight > 0.0F))
-            continue;
-        for (int k = 0; k < STRAINS; k++) {
-            const double d = (double)(at->strain[k] / at->weight) - own->at[c][k];
-            for (unsigned m = 0; m < NODE_CORNERS; m++)
-                mode[m][k] += __builtin_popcount(c & m) % 2 != 0 ? -0.125 * d : 0.125 * d;
-        }
+        const double share = at->weight > 0.0F ? 1.0 / (double)at->weight : 0.0;
+        for (int k = 0; k < STRAINS; k++)
+            mode[c][k] = share > 0.0 ? share * (double)at->strain[k] - own->at[c][k] : 0.0;
     }
-    // The mean square of a product of n coordinates from -1 to 1 is 3^-n.
-    static const double SHARE[4] = {1.0, 1.0 / 3.0, 1.0 / 9.0, 1.0 / 27.0};
-    for (unsigned m = 0; m < NODE_CORNERS; m++)
-        sum += SHARE[__builtin_popcount(m)] * energy_of(e, mode[m]);
+    // Products of the coordinates from -1 to 1, as in to_modes; eight times their factors.
+    for (int bit = 1; bit < NODE_CORNERS; bit *= 2)
+        for (int c = 0; c < NODE_CORNERS; c++)
+            for (int k = 0; k < STRAINS && !(c & bit); k++) {
+                const double low = mode[c][k], high = mode[c | bit][k];
+                mode[c][k] = high + low;
+                mode[c | bit][k] = high - low;
+            }
+    // The mean square of a product of n coordinates is 3^-n.
+    static const double SHARE[NODE_CORNERS] = {1.0,       1.0 / 3.0, 1.0 / 3.0, 1.0 / 9.0,
+                                               1.0 / 3.0, 1.0 / 9.0, 1.0 / 9.0, 1.0 / 27.0};
+    for (int m = 0; m < NODE_CORNERS; m++)
+        sum += SHARE[m] / 64.0 * energy_of(e, mode[m]);
     return sum;
 }
 
@@ -321,8 +346,7 @@ static void compare(const VoxelModel *model, const ErrorQuestion *question, cons
     sums->energy += volume * energy;
     sums->defect += volume * defect;
     for (int p = 0; p < e->count; p++)
-        error->vertex[e->vertex[p]].defect +=
-            (float)(defect * __builtin_popcount(e->corner[p]) / size);
+        error->vertex[e->vertex[p]].defect += (float)(defect * e->corners[p] / size);
     // Around the tools.
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
@@ -442,9 +466,14 @@ static ContactDefect contact_defect(const VoxelModel *model, const ErrorQuestion
 {
     if (question->depth == NULL || !(question->depth[t] > 0.0) || !(question->size[t] > 0.0))
         return (ContactDefect){0.0, 0.0};
-    const double edge = model->vertices.rows.longest_edge, force = vec3_length(question->force[t]);
+    const double force = vec3_length(question->force[t]), size = question->size[t];
+    const double energy = model->error->sums.near_energy[t];
+    // Mean distance of a ball from its chords: h^2 / 6 r for edges h; not more than that of its cap
+    // as wide as the contact, a^2 / 3 r, with a^2 = r d and energy = 2/5 force d (Hertz).
+    const double edge = model->vertices.rows.longest_edge, chord = edge * edge / (6.0 * size);
+    const double cap = force > 0.0 ? 2.5 * energy / (3.0 * force) : 0.0;
     return (ContactDefect){OVERLAP_SHARE * force * question->depth[t],
-                           force * edge * edge / (6.0 * question->size[t])};
+                           cap > 0.0 ? force * chord * cap / (chord + cap) : 0.0};
 }
 
 // Returns the relative error of the force on a tool: that of the energy around it.

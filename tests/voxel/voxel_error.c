@@ -48,6 +48,10 @@ const ErrorScene ERROR_SCENES[] = {
      .tool = PRESS(0.04, 0, 0, 0.05, 0.010)},
     {"block press small ball", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3,
      .tool = PRESS(0.01, 0.003, 0.002, 0.05, 0.006)},
+    {"block press ball of 1.8 cells", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3,
+     .tool = PRESS(0.015, 0.003, 0.002, 0.05, 0.007)},
+    {"block drag sliding", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3,
+     .friction = 0.1, .tool = DRAG(0.02, -0.01, 0, 0.05, 0.008, 0.02)},
     {"block press near edge", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3,
      .tool = PRESS(0.02, 0.035, 0.01, 0.05, 0.010)},
     {"block press coarse", BLOCK(8, 0.1 / 8), .hold = HOLD_BOTTOM, .poisson = 0.3,
@@ -77,10 +81,10 @@ const ErrorScene ERROR_SCENES[] = {
                .from = {0, 0, 0.06},
                .to = {0, 0, 0.052},
                .on = {0, 0, 0.052}}}},
-    {"block drag", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3, .friction = 0.3,
-     .tool = DRAG(0.02, -0.01, 0, 0.05, 0.008, 0.02)},
+    {"block drag", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3, .friction = 1.0,
+     .tool = DRAG(0.02, -0.01, 0, 0.05, 0.008, 0.006)},
     {"block drag level 2", BLOCK(16, 0.1 / 16), .levels = 2, .hold = HOLD_BOTTOM, .poisson = 0.3,
-     .friction = 0.5, .tool = DRAG(0.02, -0.01, 0.002, 0.05, 0.008, 0.02)},
+     .friction = 1.0, .tool = DRAG(0.02, -0.01, 0.002, 0.05, 0.008, 0.006)},
     {"block gravity", BLOCK(10, 0.01), .hold = HOLD_BOTTOM, .poisson = 0.3, .gravity = 9.81},
     {"block pull load", BLOCK(12, 0.1 / 12), .hold = HOLD_BOTTOM, .poisson = 0.3,
      .load = {0, 0, 0.05, 0.021, 0, 0, 0.6}},
@@ -147,6 +151,14 @@ const ErrorScene ERROR_SCENES[] = {
      .stiffening = 0.5, .tool = PRESS(0.02, 0, 0, 0.05, 0.010)},
 };
 const int ERROR_SCENE_COUNT = (int)(sizeof ERROR_SCENES / sizeof ERROR_SCENES[0]);
+
+const ErrorScene *error_scene(const char *name)
+{
+    for (int s = 0; s < ERROR_SCENE_COUNT; s++)
+        if (strcmp(ERROR_SCENES[s].name, name) == 0)
+            return &ERROR_SCENES[s];
+    return NULL;
+}
 
 static void need(bool good, const char *why)
 {
@@ -311,7 +323,8 @@ void error_run(ErrorRun *run, const ErrorScene *scene, int divided)
         to->id = t + 1;
         if (tool->grasps) {
             to->kind = TOOL_GRASPER;
-            to->grip_stiffness = 0.3;
+            // The same springs in all bodies: they belong to the scene, not to the elements.
+            to->grip_stiffness = 0.3 / (1 << 2 * divided);
             to->grip_damping = 1.0;
         }
     }
