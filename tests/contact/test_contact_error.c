@@ -75,14 +75,14 @@ TEST(a_round_takes_a_few_percent_of_each_tick_and_rests_until_the_next_is_due)
     SCOPED(bench_destroy) Bench bench;
     BodyOps ops;
     create(&bench, &ops, 1);
-    twin.work = 100000;
+    twin.work = 200000;
     bench_run(&bench, 1.0);
-    // 4 % of a tick of 1 ms, at 4 ns a spring, is 10000 of them: a round has ten ticks. One
+    // 4 % of a tick of 1 ms, at 2 ns a spring, is 20000 of them: a round has ten ticks. One
     // begins every 20.
-    assert_int_equal(twin.most, 10000);
+    assert_int_equal(twin.most, 20000);
     assert_int_equal(twin.done, 50);
     // Work that does not end in time delays the next round; there is one call per tick at most.
-    twin.work = 1000000;
+    twin.work = 2000000;
     const int before = twin.done;
     bench_run(&bench, 1.0);
     assert_in_range(twin.done - before, 9, 10);
@@ -202,7 +202,7 @@ TEST(a_reset_forgets_all_and_a_round_under_way_does_not_count)
     SimError error;
     SimToolError tool[1];
     create(&bench, &ops, 1);
-    twin.work = 100000;
+    twin.work = 200000;
     press(&bench, 0);
     sim_try_step(bench.sim, 0);
     while (twin.calls != 5)
