@@ -6,6 +6,7 @@
 #include "test.h"
 #include "mesh_message.h"
 
+#include "pliant_error_map_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
@@ -256,6 +257,32 @@ TEST(walls_are_told_with_the_mesh)
     bodies_take_walls(&bodies, "a", data, (size_t)size);
     assert_int_equal(wall_of(&board.body[0].mesh), 7);
     assert_int_equal(topology_of(&board.body[0].mesh), 1);
+}
+
+TEST(maps_of_errors_are_shown_once)
+{
+    static uint8_t share[] = {0, 128, 255, 7};
+    pliant_error_map_t map = {.sequence = 1,
+                              .topology = 3,
+                              .node_count = 4,
+                              .chunk_count = 1,
+                              .num_values = 4,
+                              .share = share};
+    SEND(error_map_t, bodies_take_error_map, "nobody", map);
+    SEND(error_map_t, bodies_take_error_map, "a", map);
+    const BoardSlot *slot = &board.body[0].error_map;
+    assert_int_equal(topology_of(slot), 3);
+    assert_int_equal(slot->parcel->size, 24 + 4);
+    assert_memory_equal(slot->parcel->data + 24, share, 4);
+    // The same again, as for a client that asked, is no news.
+    const uint64_t version = slot->version;
+    map.sequence = 2;
+    SEND(error_map_t, bodies_take_error_map, "a", map);
+    assert_true(slot->version == version);
+    share[3] = 8;
+    map.sequence = 3;
+    SEND(error_map_t, bodies_take_error_map, "a", map);
+    assert_true(slot->version > version);
 }
 
 TEST(bodies_of_a_scene_that_pages_do_not_know_stay_back)

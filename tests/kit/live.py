@@ -60,6 +60,17 @@ assert rows(kept) == before and min(p[1] for p in rows(pressed.position)) < 0.0
 assert rows(pressed.position)[0][1] < before[0][1] - 0.002
 fails("orientation has length", client.pose, 1, place, (2.0, 0.0, 0.0, 0.0))
 
+# How far that may be from the truth: the probe still pushes, and is what the server holds it to be.
+errors = client.wait_errors(60.0)
+while not errors.tools or errors.tools[0].error < 0.0:
+    client.pose(1, place)
+    errors = client.wait_errors(60.0)
+assert client.errors.step >= errors.step and [body.body for body in errors.bodies] == ["ball"]
+assert errors.bodies[0].space > 0.0 and 0 <= errors.bodies[0].age < 100 and errors.bodies[0].relative > 0.0
+assert errors.bodies[0].total >= errors.bodies[0].space and errors.bodies[0].steps >= -1.0
+assert errors.tools[0].tool == 1 and 0.02 < errors.tools[0].force < 3.3
+assert abs(errors.tools[0].error - errors.tools[0].share * errors.tools[0].force) < 1e-9
+
 # What was felt was asked for, a moment before.
 assert client.contact_trip(1) >= 0.0 and client.contact_trip(2) < 0.0
 assert 0.0 < client.round_trip(0.0) <= client.round_trip(0.5) < 1.0
