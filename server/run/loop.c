@@ -205,14 +205,19 @@ static void push_ledger(Loop *loop, bool now)
     loop->handed_over = true;
 }
 
-// Hands errors over when they are due, or `now`, and maps as soon as a body has a new one.
+// Hands errors over when all are new, after one and a half periods anyway, or `now`; and maps as
+// soon as a body has a new one.
 static void push_errors(Loop *loop, bool now)
 {
-    const double hz = loop->scene->publish.error_hz;
     if (loop->exchange->error.memory == NULL)
         return;
-    if (now || loop_due(sim_steps(loop->sim), hz, loop->scene->sim.rate_hz)) {
+    const double period = loop->scene->sim.rate_hz / loop->scene->publish.error_hz;
+    const int cycles = sim_error_cycles(loop->sim);
+    const int64_t step = sim_steps(loop->sim), passed = step - loop->error_step;
+    if (now || cycles != loop->error_cycles || passed < 0 || (double)passed >= 1.5 * period) {
         exchange_push_error(loop->exchange, loop->sim);
+        loop->error_cycles = cycles;
+        loop->error_step = step;
         loop->handed_over = true;
     }
     loop->handed_over |= exchange_push_error_maps(loop->exchange, loop->sim);

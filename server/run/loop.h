@@ -53,6 +53,8 @@ typedef struct Loop {
     int64_t try_ns;        // longest time that a body's try has taken
     int64_t recorded_step; // newest frame handed to the recording
     LedgerClock ledger;
+    int error_cycles;   // of the bodies' rounds, when errors were handed over last,
+    int64_t error_step; // and the tick
     Governor governor;
 
     // results, valid after loop_join (the windows only inside the thread)

@@ -154,10 +154,11 @@ static const Option PUBLISH_OPTIONS[] = {
      .feature = {.name = "status in messages"}, .about = "Status messages per second; 0: never."},
     {"error_hz", OPTION_REAL, AT(error_hz), "Hz", 0.0, 10000.0, .follows = true,
      .feature = {.name = "error of bodies in messages", has_errors},
-     .about = "Messages per second with the error of each body's discretisation, in space and "
-              "time, and of the force of each tool (`error_t`); 0: never, and nothing is "
-              "estimated. It takes up to 4 % of a tick; the motion is bit-identical with and "
-              "without it."},
+     .about =
+         "Messages per second, about, with the error of each body's discretisation, in space and "
+         "time, and of the force of each tool (`error_t`); 0: never, and nothing is "
+         "estimated. It takes up to 4 % of a tick; the motion is bit-identical with and "
+         "without it."},
     {"error_map", OPTION_BOOL, AT(error_map), "",
      .idle = {&IDLE_PUBLISHES_NO_ERRORS, &IDLE_HAS_ONLY_PLANES},
      .feature = {.name = "error of nodes in messages"},

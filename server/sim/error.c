@@ -40,6 +40,7 @@ struct ErrorRounds {
     // --- the round under way ---
     int at;          // its body; body_count: all have had theirs
     int64_t cycle;   // tick at which the first body's turn came, plus 1; 0: never
+    int cycles;      // in which all bodies have had theirs
     int64_t since;   // tick at whose end it began; -1: none is under way
     bool is_of_past; // the state was restored since
     int tool_count;
@@ -137,6 +138,16 @@ static void ask(ErrorRounds *errors, const Sim *sim, int b)
 // ---------------------------------------------------------------------------------------------
 // Rounds
 
+// Passes over bodies that have no rounds.
+static void skip(Sim *sim)
+{
+    ErrorRounds *errors = sim->errors;
+    while (errors->at < sim->body_count &&
+           (sim->body[errors->at].ops->estimate == NULL || guard_is_frozen(sim, errors->at)))
+        errors->at++;
+    errors->cycles += errors->at >= sim->body_count;
+}
+
 // Begins the next round, of the next body that has any; returns false if none is due.
 static bool begin(Sim *sim)
 {
@@ -149,9 +160,7 @@ static bool begin(Sim *sim)
         errors->at = 0;
         errors->cycle = step + 1;
     }
-    while (errors->at < sim->body_count &&
-           (sim->body[errors->at].ops->estimate == NULL || guard_is_frozen(sim, errors->at)))
-        errors->at++;
+    skip(sim);
     if (errors->at >= sim->body_count)
         return false;
     ask(errors, sim, errors->at);
@@ -208,6 +217,8 @@ void errors_step(Sim *sim)
         take(sim, &found);
     errors->since = -1;
     errors->at++;
+    if (errors->at == sim->body_count)
+        errors->cycles++;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -246,4 +257,9 @@ void sim_tool_errors(const Sim *sim, SimToolError *error)
                 share[t] < 0.0 || error[t].error < 0.0 ? -1.0 : error[t].error + share[t] * part;
         }
     }
+}
+
+int sim_error_cycles(const Sim *sim)
+{
+    return sim->errors->cycles;
 }

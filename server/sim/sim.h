@@ -354,6 +354,9 @@ typedef struct SimToolError {
 // With SimOptions.error_hz; the latter sets one for each tool. Between two ticks.
 void sim_error(const Sim *sim, int body, SimError *error);
 void sim_tool_errors(const Sim *sim, SimToolError *error);
+// Returns how often all bodies have completed a round since the start, about error_hz times a
+// second: then the errors are as new as they get.
+int sim_error_cycles(const Sim *sim);
 
 // Return the stages of this scene in order, and the time spent in each since the start [ns].
 int sim_stage_count(const Sim *sim);

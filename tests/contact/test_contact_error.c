@@ -81,6 +81,7 @@ TEST(a_round_takes_a_few_percent_of_each_tick_and_rests_until_the_next_is_due)
     // begins every 20.
     assert_int_equal(twin.most, 20000);
     assert_int_equal(twin.done, 50);
+    assert_int_equal(sim_error_cycles(bench.sim), 50);
     // Work that does not end in time delays the next round; there is one call per tick at most.
     twin.work = 2000000;
     const int before = twin.done;
@@ -220,6 +221,19 @@ TEST(a_reset_forgets_all_and_a_round_under_way_does_not_count)
         sim_step(bench.sim);
     sim_error(bench.sim, 0, &error);
     assert_true(error.space == 2e-4);
+}
+
+TEST(bodies_that_cannot_tell_are_passed_over)
+{
+    SCOPED(bench_destroy) Bench bench;
+    BodyOps ops;
+    SimError error;
+    create(&bench, &ops, 1);
+    ops.estimate = NULL;
+    bench_run(&bench, 1.0);
+    assert_int_equal(sim_error_cycles(bench.sim), 50);
+    sim_error(bench.sim, 0, &error);
+    assert_true(error.age == -1 && error.space == -1.0 && twin.done == 0);
 }
 
 TEST(the_motion_is_bit_identical_with_and_without_estimates)
