@@ -116,8 +116,11 @@ typedef enum BodyParameter {
     BODY_ADAPT_FORCE,
     BODY_ADAPT_SPEED,
     BODY_ADAPT_CURVATURE,
-    BODY_ADAPT_SCALE, // factor on all three thresholds, of the time budget
-    BODY_ADAPT_LEVEL, // finest level allowed, of the time budget; may exceed the levels of the body
+    BODY_ADAPT_SCALE, // factor on all three thresholds, of the time budget; solids: divides how far
+                      // around tools elements are fine
+    BODY_ADAPT_LEVEL, // finest level allowed, of the time budget; may exceed the levels of the
+                      // body. Solids: by how many levels tools make elements finer than the
+                      // coarsest
 } BodyParameter;
 
 // Ranges of what a scene gives and SET changes, as both print them; bounds included.
@@ -305,7 +308,7 @@ struct Body {
     double mass; // [kg]
     int spring_count, element_count;
     int fine_elements; // of a solid that adapts: as many if all of its surface were finest; else 0
-    int finest_level; // finest level in use
+    int finest_level;  // finest level in use
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.
     double lambda;         // of M^-1 K [1/s2]

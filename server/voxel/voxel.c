@@ -223,6 +223,23 @@ static void voxel_snapshot_rest(const void *self, float *position)
         rows_snapshot_rest(rows, model->node, (int)*model->node_count, position);
 }
 
+// Those of bodies that adapt come first.
+static bool voxel_set(void *self, BodyParameter parameter, double value)
+{
+    const VoxelModel *model = self;
+    const bool adapts = model->cuts != NULL && model->cuts->adapt != NULL;
+    return (adapts && cut_adapt_set(model->cuts->adapt, parameter, value)) ||
+           vertices_set(self, parameter, value);
+}
+
+static bool voxel_get(const void *self, BodyParameter parameter, double *value)
+{
+    const VoxelModel *model = self;
+    const bool adapts = model->cuts != NULL && model->cuts->adapt != NULL;
+    return (adapts && cut_adapt_get(model->cuts->adapt, parameter, value)) ||
+           vertices_get(self, parameter, value);
+}
+
 static void voxel_snapshot_coagulated(const void *self, unsigned char *share)
 {
     const VoxelModel *model = self;
@@ -291,7 +308,7 @@ static const char *voxel_isa(const void *self)
     .clear_loads = vertices_clear_loads, .snapshot = voxel_snapshot,                               \
     .snapshot_rows = voxel_snapshot_rows, .snapshot_rest = voxel_snapshot_rest,                    \
     .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,       \
-    .gather_patch = voxel_gather_patch, .set = vertices_set, .get = vertices_get,                  \
+    .gather_patch = voxel_gather_patch, .set = voxel_set, .get = voxel_get,                        \
     .estimate = voxel_estimate, .snapshot_error = voxel_snapshot_error,                            \
     .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \

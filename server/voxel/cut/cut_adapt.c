@@ -68,18 +68,23 @@ static double distance_of(const Box *box, const Approach *path, double *along)
     return sqrt(square);
 }
 
-// Returns how far a path reaches from its axis [m].
+// Returns how far a path reaches from its axis [m]: less where time is short, but what the tool
+// touches is fine at any scale.
 static double reach_of(const CutAdapt *adapt, const Approach *path)
 {
-    return fmax(REACHES * path->radius, NEAR_CELLS * adapt->size);
+    const double whole = fmax(REACHES * path->radius, NEAR_CELLS * adapt->size),
+                 touched = fmin(whole, path->radius + adapt->size);
+    return fmax(touched, whole / adapt->state->scale);
 }
 
 // Returns the level that is fine enough for a path.
 static int level_of(const CutAdapt *adapt, const Approach *path)
 {
-    int level = 0;
-    for (double edge = 2.0 * FINE * adapt->size;
-         edge <= path->radius && level < adapt->lattice->levels; edge *= 2.0)
+    const int levels = adapt->lattice->levels;
+    int level = levels - (int)adapt->state->finest;
+    level = level > 0 ? level : 0;
+    for (double edge = 2.0 * FINE * adapt->size * (double)(1 << level);
+         edge <= path->radius && level < levels; edge *= 2.0)
         level++;
     return level;
 }
@@ -344,6 +349,38 @@ int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
 }
 
 // ---------------------------------------------------------------------------------------------
+// The time budget
+
+enum { LEVEL_MOST = 8 }; // of BODY_ADAPT_LEVEL
+static const double SCALE_LEAST = 1e-3;
+
+bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value)
+{
+    if (parameter == BODY_ADAPT_SCALE)
+        adapt->state->scale = fmax(value, SCALE_LEAST);
+    else if (parameter == BODY_ADAPT_LEVEL)
+        adapt->state->finest = (int64_t)value;
+    else
+        return false;
+    adapt->state->age = SWEEP_TICKS; // what was found holds no more
+    return true;
+}
+
+bool cut_adapt_get(const CutAdapt *adapt, BodyParameter parameter, double *value)
+{
+    *value = parameter == BODY_ADAPT_SCALE ? adapt->state->scale : (double)adapt->state->finest;
+    return parameter == BODY_ADAPT_SCALE || parameter == BODY_ADAPT_LEVEL;
+}
+
+int cut_adapt_finest(const CutAdapt *adapt)
+{
+    int level = 0;
+    while (level < adapt->lattice->levels && adapt->lattice->leaf_at_level[level] == 0)
+        level++;
+    return adapt->lattice->levels - level;
+}
+
+// ---------------------------------------------------------------------------------------------
 // What follows from the lattice
 
 static void find_family(CutAdapt *adapt, int element)
@@ -383,7 +420,8 @@ bool cut_adapt_derive(CutAdapt *adapt)
         find_family(adapt, e);
     return state->age >= 0 && state->next >= 0 && state->next < 64 * (int64_t)words &&
            state->brick >= 0 && state->brick < adapt->brick_count && state->count >= 0 &&
-           state->count <= APPROACH_MOST;
+           state->count <= APPROACH_MOST && state->scale >= SCALE_LEAST && state->scale <= 1e9 &&
+           state->finest >= 0 && state->finest <= LEVEL_MOST;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -403,6 +441,8 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
                  uint64_t, "elements that may merge");
     adapt->state = ALLOCATE(ARENA_TOPOLOGY, 1, AdaptState, "adaptation");
     adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
+    adapt->state->scale = 1.0;
+    adapt->state->finest = LEVEL_MOST;
     state_add(state, adapt->state, sizeof *adapt->state, "%s/adaptation", name);
     state_add(state, adapt->box, (size_t)adapt->brick_count * sizeof *adapt->box,
               "%s/adaptation_boxes", name);

@@ -14,7 +14,7 @@
 #ifndef PLIANT_VOXEL_CUT_CUT_ADAPT_H
 #define PLIANT_VOXEL_CUT_CUT_ADAPT_H
 
-#include "body/approach.h"
+#include "body/body.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/cut/cut_masses.h"
 
@@ -32,6 +32,8 @@ typedef struct AdaptState {
     int64_t brick; // whose box is made next
     int64_t count; // paths of the last sweep
     Approach swept[APPROACH_MOST];
+    double scale;   // BODY_ADAPT_SCALE: divides how far around paths elements are fine
+    int64_t finest; // BODY_ADAPT_LEVEL: levels by which elements may be finer than the coarsest
 } AdaptState;
 
 // The box around a brick when it was made, in the rows' coordinates [m]; part of the state.
@@ -81,6 +83,11 @@ void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count);
 // Divides or merges leaves for a tick, from the rows at its start. Returns how many; `merged`: they
 // merged. What follows from the lattice is left to the caller.
 int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged);
+// BodyOps.set and get, of the time budget: BODY_ADAPT_SCALE and BODY_ADAPT_LEVEL. False for others.
+bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value);
+bool cut_adapt_get(const CutAdapt *adapt, BodyParameter parameter, double *value);
+// Returns by how many levels the finest element in use is finer than the coarsest.
+int cut_adapt_finest(const CutAdapt *adapt);
 // Updates what follows from the lattice after changes, before they are forgotten.
 void cut_adapt_follow(CutAdapt *adapt);
 // Derives it again, after the lattice was. False: an impossible state.

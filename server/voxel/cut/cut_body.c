@@ -14,6 +14,13 @@
 // ---------------------------------------------------------------------------------------------
 // Changes of topology
 
+static void count_elements(const VoxelCuts *cuts, Body *body)
+{
+    body->element_count = cuts->lattice.leaf_count;
+    if (cuts->adapt != NULL)
+        body->finest_level = cut_adapt_finest(cuts->adapt);
+}
+
 // In the order of their dependencies.
 bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
                      TopologyChange *change)
@@ -30,7 +37,7 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
         cut_tension_follow(cuts->tension);
     if (cuts->adapt != NULL)
         cut_adapt_follow(cuts->adapt);
-    body->element_count = cuts->lattice.leaf_count;
+    count_elements(cuts, body);
     cut_lattice_forget_changes(&cuts->lattice);
     return shown;
 }
@@ -195,7 +202,7 @@ static bool derive(VoxelCuts *cuts, Body *body)
     if (cuts->tension != NULL && faces)
         cut_tension_follow(cuts->tension);
     const bool adapt = cuts->adapt == NULL || cut_adapt_derive(cuts->adapt);
-    body->element_count = cuts->lattice.leaf_count;
+    count_elements(cuts, body);
     if (cuts->reach != NULL)
         cut_body_count_gone(cuts, body);
     return pieces && faces && heat && adapt && (cuts->reach == NULL || cuts->present > 0);
@@ -609,6 +616,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     if (cuts->lattice.adapts) {
         cuts->adapt = ALLOCATE(ARENA_TOPOLOGY, 1, CutAdapt, "adaptation of elements");
         cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses, cuts->name, arena, state);
+        count_elements(cuts, body);
     }
     cuts->account.gone = cuts->gone;
     if (cuts->heat != NULL)
