@@ -692,7 +692,44 @@ static int *ids_of_leaves(const CutLattice *cut)
     return (int *)id;
 }
 
-// A body that was fine somewhere, whatever the order in which it merges again, is as at load.
+// Merges what can in any order, until nothing can.
+static void merge_all(CutLattice *cut, uint64_t *seed)
+{
+    for (int idle = 0; idle < 40;) {
+        const int merged = merge_at_random(cut, seed, 30);
+        cut_lattice_forget_changes(cut);
+        idle = merged > 0 ? 0 : idle + 1;
+    }
+}
+
+// Makes a body fine here and there, and lets it come to rest: all is as before.
+static void check_rest(CutLattice *cut, uint64_t *seed)
+{
+    const size_t elements = (size_t)cut->element_count;
+    FREED unsigned char *at_rest = malloc(elements);
+    FREED int *ids = ids_of_leaves(cut);
+    memcpy(at_rest, cut->divided, elements);
+    for (int time = 0; time < 3; time++) {
+        for (int call = 0; call < 3; call++) {
+            want_at_random(cut, seed);
+            cut_lattice_reconstruct(cut);
+            cut_lattice_forget_changes(cut);
+        }
+        cut_lattice_withdraw(cut);
+        assert_int_equal(cut->wanted_count, 0);
+        assert_memory_not_equal(at_rest, cut->divided, elements);
+        if (time % 2 == 0)
+            cut_lattice_coarsen(cut); // level by level
+        else
+            merge_all(cut, seed);
+        FREED int *again = ids_of_leaves(cut);
+        assert_memory_equal(at_rest, cut->divided, elements);
+        assert_memory_equal(ids, again, elements * NODE_COUNT * sizeof *ids);
+    }
+}
+
+// A body that was fine somewhere, whatever the order in which it merges again, is as at load, or as
+// it was after it was cut.
 TEST(the_coarsest_state_is_one)
 {
     uint64_t seed = 34;
@@ -701,35 +738,30 @@ TEST(the_coarsest_state_is_one)
             SCOPED(cut_sample_drop) CutSample sample;
             create(&sample, body_of((MergeKind)kind), round % 3, 1 + round % 3, false);
             CutLattice *cut = &sample.cut;
-            const size_t elements = (size_t)cut->element_count;
+            cut->split_budget = 1000000;
             cut_lattice_coarsen(cut);
             check_all(&sample);
-            FREED unsigned char *at_load = malloc(elements);
+            check_rest(cut, &seed);
+            // Cut it from this state and from a fine one: the same again.
+            FREED int(*face)[2] = malloc(3 * (size_t)cut->level_first[1] * sizeof *face);
+            const int count =
+                cut_sample_disc(cut, vec3(5.0, 6.0, 1.0), vec3(0.6, 0.7, 0.1), 6.0, face);
+            const size_t bytes = state_bytes(&sample.state);
+            FREED void *uncut = malloc(bytes);
+            state_copy_out(&sample.state, uncut);
+            cut_lattice_break(cut, (const int(*)[2])face, count);
+            cut_lattice_coarsen(cut);
+            check_all(&sample);
             FREED int *ids = ids_of_leaves(cut);
-            memcpy(at_load, cut->divided, elements);
-            for (int time = 0; time < 4; time++) {
-                cut->split_budget = 1000000;
-                for (int call = 0; call < 3; call++) {
-                    want_at_random(cut, &seed);
-                    cut_lattice_reconstruct(cut);
-                    cut_lattice_forget_changes(cut);
-                }
-                cut_lattice_withdraw(cut);
-                assert_int_equal(cut->wanted_count, 0);
-                assert_memory_not_equal(at_load, cut->divided, elements);
-                if (time % 2 == 0) { // level by level
-                    cut_lattice_coarsen(cut);
-                } else { // in any order
-                    for (int idle = 0; idle < 40;) {
-                        const int merged = merge_at_random(cut, &seed, 30);
-                        cut_lattice_forget_changes(cut);
-                        idle = merged > 0 ? 0 : idle + 1;
-                    }
-                }
-                FREED int *again = ids_of_leaves(cut);
-                assert_memory_equal(at_load, cut->divided, elements);
-                assert_memory_equal(ids, again, elements * NODE_COUNT * sizeof *ids);
-            }
+            check_rest(cut, &seed);
+            state_copy_in(&sample.state, uncut);
+            assert_true(cut_lattice_derive(cut));
+            want_at_random(cut, &seed);
+            cut_lattice_reconstruct(cut);
+            cut_lattice_break(cut, (const int(*)[2])face, count);
+            cut_lattice_coarsen(cut);
+            FREED int *again = ids_of_leaves(cut);
+            assert_memory_equal(ids, again, (size_t)cut->element_count * NODE_COUNT * sizeof *ids);
             check_all(&sample);
         }
 }
