@@ -242,9 +242,9 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
     for (int c = parent->child; c < parent->child + __builtin_popcount(parent->children); c++)
         if (lattice->divided[c] || scratch->is_wanted[c] || scratch->listed_element[c] & 2)
             return false;
-    // It has at most one vertex more at each of its corners.
+    // It has at most one vertex more at each of its corners in void.
     return !cut_split_must(lattice, element) && !is_finer_around(lattice, element) &&
-           cut_parts_room(lattice) >= NODE_CORNERS;
+           (parent->whole || cut_parts_room(lattice) >= NODE_CORNERS);
 }
 
 // Gives an element the vertices that its children had at its nodes: of each the first.
@@ -308,11 +308,15 @@ void cut_lattice_coarsen(CutLattice *lattice)
 {
     divide_all(lattice);
     cut_lattice_forget_changes(lattice);
-    // What a level needs around it is known once the level below is as coarse as it can be.
-    for (int level = 1; level <= lattice->levels; level++)
-        for (int e = lattice->level_first[level]; e < lattice->level_first[level + 1]; e++)
+    // What a level needs around it is known once the level below is as coarse as it can be. Again,
+    // since merging makes room for corners in void.
+    for (bool merged = true; merged;) {
+        merged = false;
+        for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
             if (cut_lattice_can_merge(lattice, e)) {
                 cut_lattice_merge(lattice, e);
                 cut_lattice_forget_changes(lattice);
+                merged = true;
             }
+    }
 }

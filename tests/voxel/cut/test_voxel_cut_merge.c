@@ -1023,6 +1023,32 @@ TEST(rows_of_vertices_that_ended_are_used_again)
     assert_true(refused > 0);
 }
 
+// Merging whole elements needs no row, and makes room for those that need some.
+TEST(a_body_that_has_no_row_left_comes_to_rest_as_well)
+{
+    int *ids[2], leaves[2];
+    for (int full = 0; full < 2; full++) {
+        SCOPED(cut_sample_drop) CutSample sample;
+        cut_sample_options(&sample, body_of(MERGE_BALL), 2, 2);
+        LatticeMesh mesh;
+        Status status = {0};
+        assert_true(lattice_mesh_create(&mesh, &sample.layout, &status));
+        const int vertices = mesh.vertex_count;
+        lattice_mesh_destroy(&mesh);
+        cut_sample_build(&sample, full ? vertices : 4 * vertices, 1);
+        cut_lattice_coarsen(&sample.cut);
+        ids[full] = ids_of_leaves(&sample.cut);
+        leaves[full] = sample.cut.leaf_count;
+        if (full)
+            assert_memory_equal(ids[0], ids[1],
+                                (size_t)sample.cut.element_count * NODE_COUNT * sizeof(int));
+        check_all(&sample);
+    }
+    assert_int_equal(leaves[0], leaves[1]);
+    free(ids[0]);
+    free(ids[1]);
+}
+
 static void go_on(CutSample *sample, uint64_t seed, int steps)
 {
     CutLattice *cut = &sample->cut;
