@@ -71,6 +71,23 @@ TEST(an_untouched_body_shows_the_points_of_one_that_does_not_adapt)
 
 // --- changes ---
 
+// Elements change when a test says so, and only then.
+static bool stay(Body *body, int64_t step, double tick, TopologyChange *change)
+{
+    (void)body, (void)step, (void)tick;
+    *change = (TopologyChange){0};
+    return false;
+}
+
+static void create(CutWorld *world, VoxelWorldOptions *options)
+{
+    static BodyOps ops;
+    cut_world_create(world, options);
+    ops = *world->body->ops;
+    ops.adapt = stay;
+    world->body->ops = &ops;
+}
+
 static bool divide(Sim *sim, int body, void *context, TopologyChange *change)
 {
     (void)context;
@@ -122,15 +139,6 @@ static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
            cut_body_follow(merging->cuts, &sim->body[body], true, false, change);
 }
 
-// Leaves merges and divisions to the test.
-static void adapt_by_hand(CutWorld *world)
-{
-    static BodyOps ops;
-    ops = *world->body->ops;
-    ops.adapt = NULL;
-    world->body->ops = &ops;
-}
-
 // Merges some of what can where nothing would move farther than `limit` [cells]. Returns how many.
 static int merge_some(CutWorld *world, uint64_t *seed, int odds, double limit, double *largest)
 {
@@ -173,7 +181,7 @@ TEST(shown_points_follow_uniform_strains)
     for (int k = 0; k < BODIES; k++) {
         VoxelWorldOptions options = options_of(k);
         SCOPED(cut_world_destroy) CutWorld world;
-        cut_world_create(&world, &options);
+        create(&world, &options);
         Vertices *vertices = &world.model->vertices;
         const CutLattice *lattice = &world.cuts->lattice;
         Vec3 *before = calloc((size_t)lattice->kept_end, sizeof *before);
@@ -228,8 +236,7 @@ TEST(merges_and_divisions_keep_momentum_and_mass)
     for (int k = 0; k < BODIES; k++) {
         VoxelWorldOptions options = options_of(k);
         SCOPED(cut_world_destroy) CutWorld world;
-        cut_world_create(&world, &options);
-        adapt_by_hand(&world);
+        create(&world, &options);
         int merged = 0, divided = 0;
         for (int round = 0; round < EFFORT(40); round++) {
             const int leaves = world.cuts->lattice.leaf_count;
@@ -264,8 +271,7 @@ TEST(no_shown_point_moves_farther_than_the_residual)
     for (int k = 0; k < BODIES; k++) {
         VoxelWorldOptions options = options_of(k);
         SCOPED(cut_world_destroy) CutWorld world;
-        cut_world_create(&world, &options);
-        adapt_by_hand(&world);
+        create(&world, &options);
         const int kept = world.cuts->lattice.kept_end;
         Vec3 *before = calloc((size_t)kept, sizeof *before);
         Vec3 *after = calloc((size_t)kept, sizeof *after);
@@ -353,7 +359,7 @@ TEST(a_state_of_a_body_that_adapts_goes_on_in_the_same_bits)
         options.body.branch_count = 1;
         options.body.branch[0] = (MaxwellBranch){.share = 0.5, .time = 0.05, .volumetric = true};
         SCOPED(cut_world_destroy) CutWorld world;
-        cut_world_create(&world, &options);
+        create(&world, &options);
         uint64_t seed = 54;
         cut_world_shake(&world, 0.1, &seed);
         int tick = 0;
@@ -375,5 +381,94 @@ TEST(a_state_of_a_body_that_adapts_goes_on_in_the_same_bits)
             assert_true(run == 0 || state_hash(&world.state) == hash);
             hash = state_hash(&world.state);
         }
+    }
+}
+
+// Carried points are no bodies of their own: they fall, fly and turn with what carries them, in a
+// frame that falls too (single precision), with drag on the deformation.
+TEST(a_free_body_falls_with_all_its_points)
+{
+    uint64_t seed = 55;
+    for (int k = 0; k < 2 * BODIES; k++) {
+        VoxelWorldOptions options = options_of(k / 2);
+        options.body.body.precision = k % 2 == 0 ? PRECISION_DOUBLE : PRECISION_SINGLE;
+        options.body.body.gravity = vec3(0.0, 0.0, -9.81);
+        options.body.drag = 20.0;
+        SCOPED(cut_world_destroy) CutWorld world;
+        create(&world, &options);
+        const Vertices *vertices = &world.model->vertices;
+        const CutLattice *lattice = &world.cuts->lattice;
+        FREED Vec3 *start = calloc((size_t)lattice->kept_end, sizeof *start);
+        FREED Vec3 *now = calloc((size_t)lattice->kept_end, sizeof *now);
+        read_kept(&world, start);
+        for (int tick = 0; tick < 100; tick++) {
+            if (tick % 4 == 0)
+                divide_some(&world, &seed, 3);
+            else
+                merge_some(&world, &seed, 3, 0.05, NULL);
+            sim_step(world.sim);
+        }
+        // Steps of h fall by g h^2 n (n + 1) / 2.
+        const double h = world.body->h, n = 100.0 * world.body->substeps;
+        const Vec3 way = vec3(0.0, 0.0, -9.81 * h * h * n * (n + 1.0) / 2.0);
+        read_kept(&world, now);
+        double off = 0.0;
+        for (int v = 0; v < lattice->kept_end; v++)
+            if (cut_lattice_is_kept(lattice, v))
+                off = fmax(off, vec3_length(vec3_sub(vec3_sub(now[v], start[v]), way)));
+        // Of single precision: displacements of rounding, of rows of a hundredth of a metre.
+        expect_near(off, 0.0, (k % 2 == 0 ? 1e-9 : 1e-4) * world.lattice.size);
+        // Nothing is left in free rows.
+        for (int v = 0; v < vertices->count; v++)
+            for (int c = 0; c < ROW && lattice->vertex_id[v] < 0; c++)
+                assert_true(rows_get(&vertices->rows, vertices_row(vertices), (long)v * ROW + c) ==
+                            0.0);
+    }
+}
+
+// A force on a carried point acts on what carries it: momentum grows by it, and angular momentum by
+// its moment about the place that is shown.
+TEST(forces_on_carried_points_keep_their_resultant_and_moment)
+{
+    uint64_t seed = 56;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        create(&world, &options);
+        cut_world_shake(&world, 0.2, &seed);
+        const CutLattice *lattice = &world.cuts->lattice;
+        int carried = 0;
+        Vec3 linear = {0.0, 0.0, 0.0}, angular = {0.0, 0.0, 0.0};
+        Vertices *vertices = &world.model->vertices;
+        for (int v = 0; v < lattice->kept_end; v += 3) {
+            const Vec3 force = random_vec3(&seed);
+            Vec3 x, speed;
+            if (!cut_lattice_is_kept(lattice, v))
+                continue;
+            world.body->ops->read_nodes(world.model, &v, 1, &x, &speed);
+            world.body->ops->add_forces(world.model, &v, 1, &force);
+            linear = vec3_add(linear, force);
+            angular = vec3_add(angular, vec3_cross(x, force));
+            carried += cut_lattice_is_carried(lattice, v);
+        }
+        assert_true(carried > 20);
+        double sum = 0.0;
+        for (int v = 0; v < vertices->count; v++) {
+            const double *f = (const double *)vertices->force + 4L * v;
+            Vec3 x, force = vec3(f[0], f[1], f[2]);
+            if (lattice->vertex_id[v] < 0 || cut_lattice_is_carried(lattice, v)) {
+                assert_true(vec3_length(force) == 0.0);
+                continue;
+            }
+            rows_read(&vertices->rows, vertices_row(vertices), v, &x, NULL);
+            if (vertices->rows.turned)
+                force = quat_rotate(vertices->rows.frame->turn, force);
+            linear = vec3_sub(linear, force);
+            angular = vec3_sub(angular, vec3_cross(x, force));
+            sum += vec3_length(force);
+        }
+        // Sums of some hundred forces, of points about a decimetre from the origin.
+        expect_near(vec3_length(linear), 0.0, 1e-14 * sum);
+        expect_near(vec3_length(angular), 0.0, 1e-14 * sum);
     }
 }
