@@ -221,7 +221,8 @@ void cut_blades_follow(CutBlades *blades)
     if (blades->lattice->changes.merged_count == 0)
         return;
     for (int k = 0; k < blades->blade_count; k++)
-        blades->blade[k].stroke->travel += CUT_MERGE_RESIDUAL * blades->size;
+        if (blades->blade[k].stroke->under_way)
+            blades->blade[k].stroke->travel += CUT_MERGE_RESIDUAL * blades->size;
 }
 
 void cut_blades_forget(CutBlades *blades)

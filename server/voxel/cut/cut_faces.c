@@ -368,11 +368,11 @@ static void follow_removal(CutFaces *faces, TopologyChange *change)
     for (int i = 0; i < changes->lost_count; i++) {
         const int vertex = changes->lost[i];
         faces->cell_of[vertex] = cell_of_vertex(lattice, vertex);
-        if (lattice->anchor[vertex] >= 0)
-            continue;
-        faces->gone[change->gone_count++] = vertex;
+        // Around a broken face that is not open yet its next cell may be of another piece.
         if (faces->slot_of[vertex] >= 0)
             cut_faces_describe_slot(faces, faces->slot_of[vertex]);
+        if (lattice->anchor[vertex] < 0)
+            faces->gone[change->gone_count++] = vertex;
     }
     change->face = faces->ended;
     change->gone = faces->gone;
