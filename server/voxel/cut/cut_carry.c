@@ -267,7 +267,8 @@ void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
         if (cut_lattice_is_carried(carry->lattice, ended) && carry->leaf_of[ended] < 0)
             enter(carry, ended);
     }
-    refresh(carry, vertex, count);
+    if (changes->merged_count > 0) // a division moves nothing
+        refresh(carry, vertex, count);
 }
 
 void cut_carry_derive(CutCarry *carry)

@@ -42,8 +42,8 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
                       const char *name, Arena *arena);
 // Lists again what is carried, after the lattice was derived.
 void cut_carry_derive(CutCarry *carry);
-// Updates the lists after changes of the lattice, then the rows of all carried vertices of the
-// elements around some vertices whose rows have changed.
+// Updates the lists after changes of the lattice; after merges also the rows of all carried
+// vertices of the elements around some vertices, whose rows have changed.
 void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
 // Updates all carried rows from those of the elements' vertices in `row` (rows.h).
 void cut_carry_update(CutCarry *carry, void *row);

@@ -433,11 +433,13 @@ static bool follow_squares(CutFaces *faces)
     return changed;
 }
 
-// Masses have changed at all vertices of changed elements.
+// Masses have changed at all vertices of changed elements; of finest cells only where faces open.
 static void touch_masses(CutFaces *faces)
 {
     const CutLattice *lattice = faces->lattice;
     const CutChanges *changes = &lattice->changes;
+    if (lattice->adapts && changes->face_count == 0)
+        return;
     for (int i = 0; i < changes->element_count && faces->node_firmness != NULL; i++) {
         const int element = changes->element[i];
         if (!cut_lattice_is_leaf(lattice, element))

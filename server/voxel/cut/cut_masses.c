@@ -127,8 +127,6 @@ static void set_mass(CutMasses *masses, int vertex)
         return;
     }
     // A free row, or a vertex that others carry.
-    if (lattice->adapts)
-        set_node_mass(masses, vertex);
     if (lattice->vertex_id[vertex] < 0 || cut_lattice_is_carried(lattice, vertex)) {
         vertices_put_mass(masses->vertices, vertex, 0.0, true);
         return;
@@ -727,6 +725,12 @@ void cut_masses_follow(CutMasses *masses, bool divided)
     const int first_ended = masses->touched_count;
     for (int i = 0; i < changes->ended_count; i++)
         touch_ended(masses, &changes->ended[i]);
+    // Parts of finest cells change where faces open only.
+    for (int b = 0; b < changes->birth_count && lattice->adapts; b++)
+        if (!changes->birth[b].carried)
+            set_node_mass(masses, changes->birth[b].vertex);
+    for (int t = 0; t < first_ended && lattice->adapts && changes->face_count > 0; t++)
+        set_node_mass(masses, masses->touched[t]);
     // All shares are known now.
     for (int t = 0; t < first_ended; t++)
         set_mass(masses, masses->touched[t]);
@@ -759,6 +763,8 @@ void cut_masses_derive(CutMasses *masses)
             set_rest(masses, v, point);
         }
         set_mass(masses, v);
+        if (lattice->adapts)
+            set_node_mass(masses, v);
     }
     if (lattice->adapts)
         derive_runs(masses);
