@@ -766,6 +766,9 @@ void cut_masses_derive(CutMasses *masses)
         if (lattice->adapts)
             set_node_mass(masses, v);
     }
+    // Rows that were in use before have no mass until they are again.
+    for (int v = cut_lattice_used(lattice); v < lattice->vertex_capacity && lattice->adapts; v++)
+        vertices_put_mass(masses->vertices, v, 0.0, true);
     if (lattice->adapts)
         derive_runs(masses);
 }
