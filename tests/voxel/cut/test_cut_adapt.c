@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+// Bodies that adapt by themselves: what tools find before them and leave behind, within which
+// budget; restored states; bodies that stay bent; tools that meet what did not see them come.
+#include "scoped.h"
+#include "test.h"
+#include "sim_steps.h"
+#include "voxel_world.h"
+
+#include "voxel/cut/cut_body.h"
+
+static const double RADIUS = 0.012;
+
+static const FixedRegion BOTTOM = {
+    .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {1.0, 1.0, -0.0499}};
+
+static VoxelCuts *cuts_of(const VoxelWorld *world)
+{
+    return ((VoxelModel *)world->body->model)->cuts;
+}
+
+// A cube of 16^3 cells on a table, and a ball.
+static void cube_create(VoxelWorld *world, int levels)
+{
+    VoxelWorldOptions options = voxel_world_cube(16);
+    options.body.body.levels = levels;
+    options.body.surface_level = levels;
+    options.body.drag = 20.0; // what swings comes to rest within a second
+    fix_within(&options.body.body, &BOTTOM);
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(RADIUS, 10.0)};
+    voxel_world_create(world, &options);
+    sim_set_lockstep(world->sim, true);
+}
+
+static unsigned char *copy_divided(const VoxelWorld *world)
+{
+    const CutLattice *lattice = &cuts_of(world)->lattice;
+    unsigned char *copy = malloc((size_t)lattice->element_count);
+    assert_non_null(copy);
+    memcpy(copy, lattice->divided, (size_t)lattice->element_count);
+    return copy;
+}
+
+// --- a tool that comes, drags and leaves ---
+
+enum { COME = 400, DRAG = 300, LEAVE = 400, REST = 600, WAY = COME + DRAG + LEAVE + REST };
+
+// Comes down by 0.1 m/s to a depth of 5 mm, goes along the top as fast, and up again.
+static Vec3 way_at(int tick)
+{
+    const double low = 0.05 + RADIUS - 0.005;
+    const double down = 1e-4 * fmax(0.0, COME - tick),
+                 along = 1e-4 * fmin(DRAG, fmax(0.0, tick - COME)),
+                 up = 1e-4 * fmax(0.0, tick - COME - DRAG);
+    return vec3(-0.015 + along, 0.002, low + down + up);
+}
+
+static void step_at(VoxelWorld *world, int tick)
+{
+    const ToolPose pose = {.utime = 1000 * (int64_t)tick,
+                           .position = way_at(tick),
+                           .orientation = QUAT_NONE,
+                           .active = tick < COME + DRAG + LEAVE};
+    sim_apply_pose(world->sim, 0, &pose, true);
+    sim_step(world->sim);
+}
+
+// Returns the distance of the nearest element above level 0 from a place, by its corners' box.
+static double nearest_large(const VoxelWorld *world, Vec3 place)
+{
+    const VoxelModel *model = world->body->model;
+    const CutLattice *lattice = &model->cuts->lattice;
+    double least = (double)INFINITY;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++) {
+        if (!cut_lattice_is_leaf(lattice, e))
+            continue;
+        Box box = box_empty(), at = box_empty();
+        for (int c = 0; c < NODE_CORNERS; c++) {
+            Vec3 x;
+            rows_read(&model->vertices.rows, vertices_row(&model->vertices),
+                      cut_lattice_nodes(lattice, e)[c], &x, NULL);
+            box_add(&box, x);
+        }
+        box_add(&at, place);
+        least = fmin(least, box_gap(&box, &at));
+    }
+    return least;
+}
+
+TEST(tools_meet_finest_elements_alone_and_leave_the_body_as_it_was)
+{
+    for (int levels = 1; levels <= 3; levels++) {
+        SCOPED(voxel_world_destroy) VoxelWorld world;
+        cube_create(&world, levels);
+        FREED unsigned char *at_load = copy_divided(&world);
+        const CutAdapt *adapt = cuts_of(&world)->adapt;
+        const int leaves = world.body->element_count;
+        int most = 0;
+        double nearest = (double)INFINITY, force = 0.0;
+        for (int tick = 0; tick < WAY; tick++) {
+            const int64_t divided = adapt->divided, merged = adapt->merged;
+            step_at(&world, tick);
+            const double push = vec3_length(sim_wrench(world.sim, 0)->force);
+            force = fmax(force, push);
+            if (push > 0.0)
+                nearest = fmin(nearest, nearest_large(&world, way_at(tick)));
+            most = world.body->element_count > most ? world.body->element_count : most;
+            // Within the budget, since the tool is seen in time; each may need some around it
+            // first.
+            assert_true(adapt->divided - divided <= 2 * ADAPT_BUDGET);
+            assert_true(adapt->merged - merged <= ADAPT_BUDGET);
+        }
+        print_message("levels %d: %d elements, at most %d; largest force %.3f N; a larger element "
+                      "came within %.2f radii\n",
+                      levels, leaves, most, force, nearest / RADIUS);
+        assert_true(force > 0.05 && most > leaves + 50);
+        assert_true(nearest > RADIUS + 0.5 * world.lattice.size);
+        assert_int_equal(sim_resets(world.sim), 0);
+        // At rest again.
+        assert_int_equal(world.body->element_count, leaves);
+        assert_memory_equal(cuts_of(&world)->lattice.divided, at_load,
+                            (size_t)cuts_of(&world)->lattice.element_count);
+    }
+}
+
+TEST(restored_states_adapt_alike)
+{
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    cube_create(&world, 2);
+    // From ticks in which elements wait, merge, and rest.
+    static const int FROM[] = {330, COME + 50, COME + DRAG + 90};
+    int tick = 0;
+    for (size_t k = 0; k < sizeof FROM / sizeof *FROM; k++) {
+        while (tick < FROM[k])
+            step_at(&world, tick++);
+        FREED void *begin = copy_state(&world.state);
+        for (int i = 0; i < 150; i++)
+            step_at(&world, tick + i);
+        FREED void *end = copy_state(&world.state);
+        const int64_t divided = cuts_of(&world)->adapt->divided + cuts_of(&world)->adapt->merged;
+        resume(&world.state, world.sim, begin);
+        for (int i = 0; i < 150; i++)
+            step_at(&world, tick + i);
+        FREED void *again = copy_state(&world.state);
+        assert_memory_equal(end, again, state_bytes(&world.state));
+        assert_true(cuts_of(&world)->adapt->divided + cuts_of(&world)->adapt->merged > divided);
+        resume(&world.state, world.sim, begin);
+    }
+}
+
+// --- bodies that stay bent ---
+
+// A bar that its weight bends, stroked by a ball: what the ball divided merges only where the bar
+// is straight enough, and all of it once nothing bends it any more.
+TEST(elements_that_stay_bent_stay_divided)
+{
+    static const FixedRegion end = {
+        .kind = FIXED_BOX, .low = {-1.0, -1.0, -1.0}, .high = {-0.0479, 1.0, 1.0}};
+    VoxelWorldOptions options = voxel_world_block(48, 8, 8, 0.002);
+    options.body.body.levels = options.body.surface_level = 2;
+    options.body.drag = 20.0;
+    options.body.body.gravity = vec3(0.0, 0.0, -9.81);
+    options.material.youngs_modulus = 8e4;
+    fix_within(&options.body.body, &end);
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(0.004, 10.0)};
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    sim_set_lockstep(world.sim, true);
+    const int leaves = world.body->element_count;
+    sim_ticks(world.sim, 800);
+    assert_int_equal(world.body->element_count, leaves); // alone it is not divided
+    // The ball stands beside its fixed end, where it is bent most.
+    put_tool(world.sim, 0, vec3(-0.04, 0.0, 0.0135));
+    sim_ticks(world.sim, 100);
+    const int touched = world.body->element_count;
+    withdraw_tool(world.sim, 0);
+    sim_ticks(world.sim, 600);
+    const int bent = world.body->element_count;
+    char why[256];
+    assert_true(sim_apply_gravity(world.sim, vec3(0.0, 0.0, 0.0), why, sizeof why));
+    sim_ticks(world.sim, 1500);
+    print_message("%d elements, touched %d, bent %d, straight %d\n", leaves, touched, bent,
+                  world.body->element_count);
+    assert_true(touched > leaves && bent > leaves && bent <= touched);
+    assert_int_equal(world.body->element_count, leaves);
+}
+
+// --- tools that are not seen to come ---
+
+static void see_nothing(void *model, const Approach *approach, int count)
+{
+    (void)model;
+    (void)approach;
+    (void)count;
+}
+
+// A body whose tools meet large elements, as nothing does that looks ahead: forces stay finite and
+// of the size of those on finest elements, and the body comes to rest.
+TEST(contact_on_carried_points_neither_locks_nor_fails)
+{
+    double force[2];
+    for (int blind = 0; blind < 2; blind++) {
+        SCOPED(voxel_world_destroy) VoxelWorld world;
+        static BodyOps ops;
+        cube_create(&world, 2);
+        ops = *world.body->ops;
+        ops.approach = see_nothing;
+        if (blind)
+            world.body->ops = &ops;
+        const int leaves = world.body->element_count;
+        double most = 0.0;
+        force[blind] = 0.0;
+        for (int tick = 0; tick < 500; tick++) {
+            const double depth = 0.003 * fmin(1.0, tick / 100.0);
+            put_tool(world.sim, 0, vec3(0.003, 0.002, 0.05 + RADIUS - depth));
+            sim_step(world.sim);
+            const double now = vec3_length(sim_wrench(world.sim, 0)->force);
+            most = fmax(most, now);
+            force[blind] += tick >= 400 ? now / 100.0 : 0.0;
+        }
+        assert_int_equal(sim_resets(world.sim), 0);
+        if (blind)
+            assert_int_equal(world.body->element_count, leaves);
+        print_message("%s: %.4f N, at most %.4f N\n", blind ? "unseen" : "seen", force[blind],
+                      most);
+        // A press meets no more than twice its force at rest.
+        assert_true(most < 2.0 * force[blind]);
+        const double pressed = energy_of(world.body);
+        withdraw_tool(world.sim, 0);
+        sim_ticks(world.sim, 1000);
+        // A swing loses exp(-20) of its energy in 1 s.
+        assert_true(energy_of(world.body) < 1e-6 * pressed);
+    }
+    // More constraints than an element has freedoms: stiffer, by up to a half (prototype 0.41).
+    assert_true(force[1] > 0.7 * force[0] && force[1] < 1.5 * force[0]);
+}
