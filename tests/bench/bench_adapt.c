@@ -13,7 +13,7 @@ enum { WAIT = 50, PRESS = 100, HOLD = 100, DRAG = 500, TICKS = WAIT + PRESS + HO
 static const double SPEED = 0.1; // [m/s]
 
 typedef struct Try {
-    int cells;
+    int cells, levels;
     double radius, depth; // [m]
 } Try;
 
@@ -50,7 +50,7 @@ static void create(VoxelWorld *world, const Try *try, const char *isa)
         .kind = FIXED_BOX, .low = {-1, -1, -1}, .high = {1, 1, -0.0499}};
     VoxelWorldOptions options = voxel_world_cube(try->cells);
     options.material.poisson_ratio = 0.3;
-    options.body.surface_level = 2;
+    options.body.body.levels = options.body.surface_level = try->levels;
     options.body.body.precision = PRECISION_SINGLE;
     options.body.body.isa = isa;
     fix_within(&options.body.body, &bottom);
@@ -174,7 +174,7 @@ void bench_adaptations(Bench *bench)
 {
     if (!bench_wants(bench, "voxel.adapt"))
         return;
-    run(bench, &(Try){bench->quick ? 16 : 32, 0.015, 0.005});
+    run(bench, &(Try){bench->quick ? 16 : 32, 2, 0.015, 0.005});
     if (!bench->quick)
-        run(bench, &(Try){64, 0.005, 0.004});
+        run(bench, &(Try){64, 3, 0.005, 0.004});
 }

@@ -31,13 +31,15 @@ static void describe(const Ball *ball, char *text, size_t size)
              ball->threads, ball->integrator, ball->generator, ball->nodes, ball->radius);
 }
 
-static void run_scene(Bench *bench, const char *name, int nodes, const char *scene)
+// `beside`: a command for the same network, or "".
+static void run_scene(Bench *bench, const char *name, int nodes, const char *scene,
+                      const char *beside)
 {
     static const char *const parts[DAEMON_PARTS] = {"p50", "p99", "p99.9", "max"};
     char metric[32];
     const char *why;
     DaemonRun run;
-    switch (daemon_run(scene, bench->quick ? 1 : 5, &run, &why)) {
+    switch (daemon_run_beside(scene, bench->quick ? 1 : 5, beside, &run, &why)) {
     case DAEMON_SKIPPED:
         bench_skip(bench, name, why);
         return;
@@ -60,27 +62,72 @@ static void run_live(Bench *bench, const char *name, const Ball *ball)
 {
     char scene[512];
     describe(ball, scene, sizeof scene);
-    run_scene(bench, name, ball->nodes, scene);
+    run_scene(bench, name, ball->nodes, scene, "");
 }
 
 #ifdef PLIANT_WITH_VOXEL
+// A cube of 0.1 m on a table: so many cells along each edge, keys of its levels, and a tool.
+static void describe_cube(char *text, size_t size, int cells, const char *levels, int threads,
+                          const char *tool)
+{
+    snprintf(text, size,
+             "name = \"bench\";\nrate_hz = 1000.0;\nthreads = %d;\n"
+             "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = %s;\n"
+             "    voxels = { generator = \"box\";  count = %d;  size = %g; };\n"
+             "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
+             "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
+             "tools = ( { id = 1;  %s } );\n",
+             threads, levels, cells, 0.1 / cells, tool);
+}
+
+static int surface_nodes(int cells)
+{
+    return 6 * cells * cells + 2;
+}
+
 // The cube of 32 cells along each edge, small elements outside and large ones inside, held below;
 // and a ball that stands 1 cm deep in its top from the start: it costs what a probe does that
 // rests.
 static void run_voxels(Bench *bench, const char *name, bool pressed, int threads)
 {
-    enum { SURFACE_NODES = 6 * 32 * 32 + 2 };
     char scene[1024];
-    snprintf(scene, sizeof scene,
-             "name = \"bench\";\nrate_hz = 1000.0;\nthreads = %d;\n"
-             "bodies = ( { name = \"cube\";  model = \"voxel\";  levels = 2;\n"
-             "    voxels = { generator = \"box\";  count = 32;  size = 0.003125; };\n"
-             "    material = { youngs_modulus = 1.0e4;  density = 1000.0; };\n"
-             "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } ); } );\n"
-             "tools = ( { id = 1;  kind = \"%s\";  capsules = ( { from = [0.0, 0.0, %g];\n"
-             "    to = [0.0, 0.0, %g];  radius = 0.02; } ); } );\n",
-             threads, pressed ? "static" : "probe", pressed ? 0.06 : 0.0, pressed ? 0.06 : 0.0);
-    run_scene(bench, name, SURFACE_NODES, scene);
+    describe_cube(scene, sizeof scene, 32, "2", threads,
+                  pressed ? "kind = \"static\";  capsules = ( { from = [0.0, 0.0, 0.06];\n"
+                            "    to = [0.0, 0.0, 0.06];  radius = 0.02; } );"
+                          : "kind = \"probe\";  capsules = ( { from = [0.0, 0.0, 0.0];\n"
+                            "    to = [0.0, 0.0, 0.0];  radius = 0.02; } );");
+    run_scene(bench, name, surface_nodes(32), scene, "");
+}
+
+// Elements fine only where the tool is, which a client moves: it presses by `depth`, drags to and
+// fro along 50 mm of the top at 0.1 m/s, and lifts.
+static void run_dragged(Bench *bench, const char *name, int cells, const char *levels,
+                        double radius, double depth)
+{
+    enum { POINTS = 12 };
+    char scene[1024], tool[256], poses[64], beside[160], text[1024];
+    size_t used = 0;
+    const double high = 0.052 + radius, low = 0.05 + radius - depth;
+    double time = 0.0;
+    for (int k = 0; k < POINTS; k++) {
+        const bool ends = k == 0 || k == POINTS - 1;
+        used += (size_t)snprintf(text + used, sizeof text - used, "%g %g 0.001 %g\n", time,
+                                 k == 0 ? -0.025 : 0.025 * (k % 2 == 0 ? 1.0 : -1.0),
+                                 ends ? high : low);
+        time += k == 0 ? 0.3 : 0.5;
+    }
+    if (!daemon_write_scene(text, poses, sizeof poses)) {
+        bench_fail(bench, name, "cannot write the poses");
+        return;
+    }
+    snprintf(tool, sizeof tool,
+             "kind = \"probe\";  capsules = ( { from = [0.0, 0.0, 0.0];\n"
+             "    to = [0.0, 0.0, 0.1];  radius = %g; } );",
+             radius);
+    snprintf(beside, sizeof beside, "\"$BIN/pliant-probe\" --poses %s", poses);
+    describe_cube(scene, sizeof scene, cells, levels, 1, tool);
+    run_scene(bench, name, surface_nodes(cells), scene, beside);
+    unlink(poses);
 }
 #endif
 
@@ -206,6 +253,19 @@ void bench_live(Bench *bench)
         run_voxels(bench, "live.voxel.threads.2", false, 2);
     if (bench_wants(bench, "live.voxel.threads.2.pressed"))
         run_voxels(bench, "live.voxel.threads.2.pressed", true, 2);
+    static const struct {
+        const char *name, *levels;
+        int cells;
+        double radius, depth;
+    } dragged[] = {
+        {"live.voxel.dragged", "2", 32, 0.015, 0.005},
+        {"live.voxel.adapt.32", "{ inside = 2;  surface = 2; }", 32, 0.015, 0.005},
+        {"live.voxel.adapt.64", "{ inside = 3;  surface = 3; }", 64, 0.005, 0.004},
+    };
+    for (size_t k = 0; k < sizeof dragged / sizeof *dragged; k++)
+        if (bench_wants(bench, dragged[k].name))
+            run_dragged(bench, dragged[k].name, dragged[k].cells, dragged[k].levels,
+                        dragged[k].radius, dragged[k].depth);
 #endif
     for (size_t k = 0; k < sizeof searches / sizeof *searches; k++)
         if (bench_wants(bench, searches[k].name))
