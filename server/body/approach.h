@@ -15,6 +15,8 @@ typedef struct Approach {
     double radius; // [m]
     double speed;  // from one to the other [m/s]; 0: it is on all of the axis at once
     double begin;  // time until it is at `from` [s]
+    double reach;  // of a place: distance from the axis within which something acts [m]; of a tool
+                   // 0: its radius counts
 } Approach;
 
 // Returns the time until it is at a point of the axis [s], 0: `from`, 1: `to`.

@@ -11,13 +11,9 @@
 // Places of what holds, loads or touches a body move slowly: they are found again every so many
 // ticks, each body in another one.
 enum { PLACES_EVERY = 16 };
-// A body is finest within four cells of any path, so strips half as wide as this need no radius.
-static const double STRIP = 3.0;  // [cells]
-static const double MARGIN = 1.0; // [cells] that a body keeps around what acts on it
-// Bodies take a path of a larger radius for that of a large tool, whose surroundings need not be
-// of the finest cells.
-static const double LARGEST = 15.0;     // [cells]
-static const double REACHES = 1.5;      // radii around a path in which a body is fine
+// Strips that cover a place are so wide, if there are not too many of them: elements of twice the
+// finest size are divided in one layer then [cells].
+static const double STRIP = 4.0;
 static const double LARGEST_TURN = 1.0; // [rad] that a predicted path may turn a tool by
 
 // ---------------------------------------------------------------------------------------------
@@ -34,7 +30,8 @@ static double distance_from(const Approach *approach, Vec3 x)
 static Approach unite(const Approach *a, const Approach *b)
 {
     const Vec3 end[4] = {a->from, a->to, b->from, b->to};
-    const double radius[4] = {a->radius, a->radius, b->radius, b->radius};
+    const double radius[4] = {a->radius, a->radius, b->radius, b->radius},
+                 reach[4] = {a->reach, a->reach, b->reach, b->reach};
     Approach both = {.from = end[0], .to = end[0], .begin = fmin(a->begin, b->begin)};
     double farthest = 0.0;
     for (int i = 0; i < 4; i++)
@@ -46,15 +43,21 @@ static Approach unite(const Approach *a, const Approach *b)
             both.from = end[k];
             both.to = end[i];
         }
-    for (int i = 0; i < 4; i++)
-        both.radius = fmax(both.radius, distance_from(&both, end[i]) + radius[i]);
+    // Lists have either tools or places.
+    const bool places = a->reach > 0.0;
+    for (int i = 0; i < 4; i++) {
+        const double off = distance_from(&both, end[i]);
+        both.radius = places ? 0.0 : fmax(both.radius, off + radius[i]);
+        both.reach = places ? fmax(both.reach, off + reach[i]) : 0.0;
+    }
     return both;
 }
 
-// About the volume around a capsule in which a body is fine, without the factor pi [m3].
+// The volume of a capsule without the factor pi [m3].
 static double bulk(const Approach *a)
 {
-    return a->radius * a->radius * (vec3_length(vec3_sub(a->to, a->from)) + 4.0 / 3.0 * a->radius);
+    const double radius = fmax(a->radius, a->reach);
+    return radius * radius * (vec3_length(vec3_sub(a->to, a->from)) + 4.0 / 3.0 * radius);
 }
 
 int ahead_add(Approach *list, int count, int most, const Approach *approach)
@@ -97,7 +100,7 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
         }
     // Strips across the others, so wide that there are not too many.
     int count[2];
-    double width = 2.0 * STRIP / sqrt(2.0) * size;
+    double width = STRIP * size;
     for (;; width *= 1.25) {
         for (int i = 0; i < 2; i++)
             count[i] = (int)fmax(1.0, fmin(ceil(side[axis[i + 1]] / width), most + 1.0));
@@ -107,7 +110,8 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
     double half = 0.0;
     for (int i = 0; i < 2; i++)
         half = hypot(half, 0.5 * side[axis[i + 1]] / count[i]);
-    const double radius = fmin((half + MARGIN * size) / REACHES, LARGEST * size);
+    // A node alone is within an element.
+    const double reach = fmax(half, size);
     int found = 0;
     for (int i = 0; i < count[0]; i++)
         for (int k = 0; k < count[1]; k++) {
@@ -118,7 +122,7 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
             const Vec3 from = vec3(at[0], at[1], at[2]);
             at[axis[0]] = box->high[axis[0]];
             list[found++] =
-                (Approach){.from = from, .to = vec3(at[0], at[1], at[2]), .radius = radius};
+                (Approach){.from = from, .to = vec3(at[0], at[1], at[2]), .reach = reach};
         }
     return found;
 }
@@ -311,8 +315,8 @@ static bool is_sensible(const Approach *approach)
 {
     // Numbers that are not finite fail.
     return vec3_length(approach->from) < 1e9 && vec3_length(approach->to) < 1e9 &&
-           approach->radius >= 0.0 && approach->radius < 1e9 && approach->speed == 0.0 &&
-           approach->begin == 0.0;
+           approach->reach > 0.0 && approach->reach < 1e9 && approach->radius == 0.0 &&
+           approach->speed == 0.0 && approach->begin == 0.0;
 }
 
 bool ahead_check(const Sim *sim)

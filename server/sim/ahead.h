@@ -31,8 +31,8 @@ bool ahead_check(const Sim *sim);
 // Adds one to a list of at most `most`: a full list unites it with the one that grows least by it.
 // Returns the number in the list.
 int ahead_add(Approach *list, int count, int most, const Approach *approach);
-// Covers a box with capsules, at most `most`: strips along its longest side, of finest cells of a
-// size [m]. Returns their number; 0: the box is empty.
+// Covers a box with capsules, at most `most`: strips along its longest side, four finest cells of a
+// size [m] wide if there are not too many. Returns their number; 0: the box is empty.
 int ahead_cover(const Box *box, double size, int most, Approach *list);
 
 #endif

@@ -175,7 +175,7 @@ TEST(a_full_list_covers_what_it_was_given)
     assert_int_equal(count, MOST);
 }
 
-// Bodies are finest within one and a half radii, and four cells, of an axis.
+// By their reach, but for rounding.
 TEST(strips_cover_a_box)
 {
     enum { MOST = 16, SAMPLES = 200 };
@@ -199,7 +199,7 @@ TEST(strips_cover_a_box)
                                 box.low[2] + part.z * (box.high[2] - box.low[2]));
             bool covered = false;
             for (int k = 0; k < count; k++)
-                covered |= distance_to(&list[k], x) <= fmax(1.5 * list[k].radius, 4.0 * size);
+                covered |= distance_to(&list[k], x) <= list[k].reach * (1.0 + 1e-9);
             assert_true(covered);
         }
     }
@@ -222,7 +222,7 @@ TEST(a_load_is_told_while_it_acts)
     assert_true(told_count > 0);
     bool covered = false;
     for (int k = 0; k < told_count; k++)
-        covered |= distance_to(&told[k], load.center) <= fmax(told[k].radius, CELL);
+        covered |= distance_to(&told[k], load.center) <= fmax(told[k].reach, CELL);
     assert_true(covered);
     for (int k = 0; k < 120; k++)
         sim_step(scene.sim);

@@ -72,6 +72,8 @@ static double distance_of(const Box *box, const Approach *path, double *along)
 // touches is fine at any scale.
 static double reach_of(const CutAdapt *adapt, const Approach *path)
 {
+    if (path->reach > 0.0)
+        return path->reach;
     const double whole = fmax(REACHES * path->radius, NEAR_CELLS * adapt->size),
                  touched = fmin(whole, path->radius + adapt->size);
     return fmax(touched, whole / adapt->state->scale);
@@ -102,8 +104,10 @@ void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count)
                               .to = approach[i].to,
                               .radius = approach[i].radius};
         const Region here = rows_region(rows, &there);
-        adapt->approach[adapt->approach_count++] = (Approach){
-            here.from, here.to, approach[i].radius, approach[i].speed, approach[i].begin};
+        Approach *own = &adapt->approach[adapt->approach_count++];
+        *own = approach[i];
+        own->from = here.from;
+        own->to = here.to;
     }
 }
 
@@ -119,6 +123,7 @@ static bool is_due(const CutAdapt *adapt)
     bool moved = state->count != adapt->approach_count;
     for (int i = 0; i < adapt->approach_count && !moved; i++)
         moved = motion_of(&adapt->approach[i], &state->swept[i]) > MOVED * adapt->size ||
+                fabs(adapt->approach[i].reach - state->swept[i].reach) > MOVED * adapt->size ||
                 adapt->approach[i].radius != state->swept[i].radius;
     return moved || state->waits || state->age >= SWEEP_TICKS;
 }
