@@ -13,17 +13,10 @@
 
 enum { COARSE, FINER };
 
-// Steps of conjugate gradients in a round, and factors on what it finds.
-static int ITERATIONS = 12;
-static double SCALE = 1.0;
-static const double FORCE_SCALE = 1.0;
-
-void surface_error_tune(int iterations, double scale);
-void surface_error_tune(int iterations, double scale)
-{
-    ITERATIONS = iterations;
-    SCALE = scale;
-}
+// Steps of conjugate gradients in a round.
+enum { ITERATIONS = 12 };
+// Factor on what is found, fitted to half of the scenes of tests/accuracy/error_walls.c.
+static const double SCALE = 1.25;
 
 // ---------------------------------------------------------------------------------------------
 // Load time
@@ -82,6 +75,19 @@ static void create_nets(SurfaceError *error, const char *name, Arena *arena)
         *vector[i] = ALLOCATE(ARENA_STEP, nodes, Vec3, "errors of nodes");
 }
 
+// Returns the most midpoints of leaves' edges: each edge has one, a broken edge two. There are few
+// more broken edges than copies of nodes.
+static int most_middles(const SurfaceModel *model, const SurfaceError *error)
+{
+    const Level *finest = &error->levels->level[error->levels->finest];
+    const struct DetailCut *cut = model->detail->set.cut;
+    int border = 0;
+    for (int e = 0; e < finest->edge_count; e++)
+        border += finest->edge_face[e][0] < 0 || finest->edge_face[e][1] < 0;
+    return (3 * error->leaf_capacity + border) / 2 +
+           (cut != NULL ? 2 * cut->copy_capacity + 64 : 1);
+}
+
 void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const SpringNetwork *network,
                           const SurfaceOptions *options, Arena *arena)
 {
@@ -92,9 +98,9 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     if (model->detail != NULL) {
         error->rules = &model->detail->rules;
         error->levels = &model->detail->set.levels;
-        error->leaf_capacity = model->detail->faces.slots->face.capacity;
-        error->node_capacity =
-            model->detail->faces.slots->node.capacity + 2 * error->leaf_capacity + 64;
+        const MeshSlots *slots = model->detail->faces.slots;
+        error->leaf_capacity = slots->face.capacity;
+        error->node_capacity = slots->node.capacity + most_middles(model, error);
     } else {
         create_rules(error, mesh, name, arena);
         error->leaf_capacity = mesh->triangle_count;
@@ -172,8 +178,6 @@ static void gather(const SurfaceModel *model, int *budget)
     }
     if (error->level > levels->finest && !error->full)
         go_to(error, ERROR_COPY);
-    else if (error->full)
-        *budget = 0;
 }
 
 // Copies the rows in use at once: all that follows sees one state. Takes the question along.
@@ -226,7 +230,7 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         const int tool = error->tool[i];
         if (tool >= 0) {
             error->tool_finer[tool] = vec3_add(error->tool_finer[tool], error->defect[i]);
-            // It may leave the tool that it has met.
+            // It may leave the tool.
             const Vec3 out = vec3_sub(error->x[i], error->tool_at[tool]);
             if (error->presses[i] && vec3_dot(out, error->defect[i]) > 0.0) {
                 error->moved[i] = vec3_madd(error->moved[i], 2e-5, vec3_unit(out));
@@ -245,8 +249,13 @@ static void sum_up(const SurfaceModel *model, int first, int end)
     }
 }
 
-static void answer(const SurfaceError *error, BodyError *out)
+static void answer(SurfaceError *error, BodyError *out)
 {
+    // After a bad number all begins again.
+    if (!isfinite(error->sums[1])) {
+        error->topology = -1;
+        error->largest = 0.0F;
+    }
     const double *sum = error->sums, scale = SCALE * error->order / sum[0];
     out->displacement = scale * sqrt(sum[1] / sum[0]);
     out->relative = sum[2] > 0.0 ? scale * sqrt(sum[1] / sum[2]) : 0.0;
@@ -254,7 +263,7 @@ static void answer(const SurfaceError *error, BodyError *out)
         const Vec3 force = error->tool_force[t],
                    off = vec3_sub(error->tool_finer[t], error->tool_coarse[t]);
         const double square = vec3_dot(force, force);
-        out->force[t] = square > 0.0 ? FORCE_SCALE * fabs(vec3_dot(off, force)) / square : 0.0;
+        out->force[t] = square > 0.0 ? SCALE * fabs(vec3_dot(off, force)) / square : 0.0;
     }
 }
 
@@ -342,6 +351,10 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
     while (budget > 0) {
         if (error->stage == ERROR_GATHER) {
             gather(model, &budget);
+            if (error->full) { // unknown, until the topology changes
+                *out = (BodyError){.displacement = (double)NAN, .relative = (double)NAN};
+                return true;
+            }
         } else if (error->stage == ERROR_COPY) {
             copy_state(model, question, &budget);
         } else if (work(model, &budget)) {

@@ -10,6 +10,10 @@
 
 enum { COARSE, FINER };
 
+// How far a tool reaches, over its radius: it yields a little.
+static const double REACH = 1.05;
+// A node that leaves a tool goes twice so far at once [m].
+static const double LEAVES = 1e-5;
 // Motions slower than this are those of a body at rest [s].
 static const double CALM = 0.5;
 
@@ -27,13 +31,15 @@ Vec3 surface_error_coarse_place(const SurfaceModel *model, int node)
 // ---------------------------------------------------------------------------------------------
 // Where the nodes of the finer wall are put
 
-// Finds the directions along an edge, out of the wall and across; false if there are none.
-static bool frame_at(const SurfaceError *error, const ErrorNode *node, bool rest, Vec3 axis[3])
+// Finds the directions along an edge, out of the wall and across, in the wall itself; false if
+// there are none.
+static bool frame_at(const SurfaceModel *model, const ErrorNode *node, bool rest, Vec3 axis[3])
 {
+    const SurfaceError *error = model->error;
     const int at[4] = {node->parent[0], node->parent[1], node->wing[0], node->wing[1]};
     Vec3 x[4], normal = {0.0, 0.0, 0.0};
     for (int k = 0; k < 4 && at[k] >= 0; k++)
-        x[k] = rest ? error->node[at[k]].rest[FINER] : error->x[at[k]];
+        x[k] = rest ? error->node[at[k]].rest[COARSE] : surface_error_coarse_place(model, at[k]);
     const Vec3 edge = vec3_sub(x[1], x[0]);
     if (node->wing[0] >= 0)
         normal = vec3_cross(edge, vec3_sub(x[2], x[0]));
@@ -64,7 +70,7 @@ void surface_error_place(const SurfaceModel *model, int first, int end)
             0.5, vec3_add(error->node[at[0]].rest[FINER], error->node[at[1]].rest[FINER]));
         const Vec3 out = vec3_sub(node->rest[FINER], between);
         error->x[i] = vec3_scale(0.5, vec3_add(error->x[at[0]], error->x[at[1]]));
-        if (node->tied || !frame_at(error, node, true, rest) || !frame_at(error, node, false, now))
+        if (node->tied || !frame_at(model, node, true, rest) || !frame_at(model, node, false, now))
             continue;
         for (int k = 0; k < 3; k++)
             error->x[i] = vec3_madd(error->x[i], vec3_dot(out, rest[k]), now[k]);
@@ -238,7 +244,7 @@ void surface_error_reach(const SurfaceModel *model, int first, int end)
         for (int i = first; i < end; i++)
             *reach = fmin(*reach, vec3_length(vec3_sub(error->x[i], error->tool_at[t])));
         if (end == error->node_count)
-            *reach = fmax(1.05 * error->tool_size[t], 1.03 * *reach);
+            *reach = fmax(REACH * error->tool_size[t], 1.03 * *reach);
     }
 }
 
@@ -251,7 +257,8 @@ static int find_tool(const SurfaceError *error, Vec3 x, double more)
     return -1;
 }
 
-// What has moved into a tool is held at its border, as long as it presses.
+// What a tool touches stays where it is put. What has moved into it is held at its border, as long
+// as it presses.
 static void meet(SurfaceError *error, int i)
 {
     error->tool[i] = (signed char)find_tool(error, error->x[i], 0.0);
@@ -261,7 +268,7 @@ static void meet(SurfaceError *error, int i)
         return;
     }
     const Vec3 now = vec3_add(error->x[i], error->moved[i]);
-    const int into = find_tool(error, now, error->presses[i] ? 1e-5 : 0.0);
+    const int into = find_tool(error, now, error->presses[i] ? LEAVES : 0.0);
     error->tool[i] = (signed char)into;
     error->presses[i] = into >= 0;
     if (into < 0)
@@ -304,10 +311,14 @@ void surface_error_spread(const SurfaceModel *model, int first, int end)
 void surface_error_begin(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
-    const double least = surface_error_floor(error);
+    const double least = surface_error_floor(error), most = model->basis.longest_edge;
     for (int i = first; i < end; i++) {
         const ErrorNode *node = &error->node[i];
         const int *at = node->parent;
+        // An error of more than an edge is beyond what the tangents tell.
+        const double moved = vec3_length(error->moved[i]);
+        if (moved > most)
+            error->moved[i] = vec3_scale(most / moved, error->moved[i]);
         error->x[i] = node->tied ? vec3_scale(0.5, vec3_add(error->x[at[0]], error->x[at[1]]))
                                  : vec3_add(error->x[i], error->moved[i]);
         const Vec3 away = vec3_sub(error->x[i], virtual_place(model, node, node->rest[FINER]));

@@ -37,11 +37,15 @@ static int third(const int corner[3], int a, int b)
 }
 
 // Returns what a face adds to a spring at its border of that length, or to one inside [N/m].
-static double face_stiffness(const SurfaceError *error, double area, double length, int level,
-                             double share)
+static double face_stiffness(const SurfaceError *error, int which, double area, double length,
+                             int level, double share)
 {
-    return error->rules->same_springs ? share * error->rules->stiffness[level]
-                                      : level_rules_face_stiffness(error->rules, area, length);
+    const LevelRules *rules = error->rules;
+    if (!rules->same_springs)
+        return level_rules_face_stiffness(rules, area, length);
+    // With choi2005 each level has half of the stiffness of the one above.
+    return (which == FINER && rules->levels != NULL && rules->same_nodes ? 0.5 : 1.0) * share *
+           rules->stiffness[level];
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -153,7 +157,7 @@ static void add_link(SurfaceError *error, int which, int a, int b, double area, 
     ErrorNet *net = &error->net[which];
     net->link[net->link_count++] = (ErrorLink){
         .node = {a, b},
-        .stiffness = face_stiffness(error, area + other, length, level, share),
+        .stiffness = face_stiffness(error, which, area + other, length, level, share),
         .length = (1.0 - error->options.prestress) * length,
     };
 }
