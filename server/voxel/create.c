@@ -270,7 +270,7 @@ static void create_rows(Vertices *vertices, const VoxelMaking *making, Arena *ar
     rows->rest_turn = lattice->turn;
     rows->rest = arena_allocate(arena, ARENA_STEP, (size_t)making->capacity + 1, sizeof *rows->rest,
                                 "%s/places", making->options->body.name);
-    for (int i = 0; i < mesh->vertex_count; i++)
+    for (int i = 0; i < making->start; i++)
         for (int c = 0; c < 3; c++)
             rows->rest[i][c] = lattice->size * (mesh->point[i][c] - middle[c]);
 }
@@ -284,13 +284,14 @@ static void create_vertices(VoxelModel *model, const VoxelMaking *making, const 
     Vertices *vertices = &model->vertices;
     // Room for all vertices that cuts may add; two threads for large bodies.
     vertices->kernels = vertex_kernels_find(options->body.precision, making->kernels->level);
-    vertices->count = mesh->vertex_count;
+    vertices->count = making->start;
     vertices->capacity = making->capacity;
     vertices->team = options->body.team;
     vertices->halved = mesh->element_count >= HALVED_LEAST;
     // Masses and ids; those of a cut body belong to its lattice.
     vertices->mass = ALLOCATE(ARENA_TOPOLOGY, making->capacity, double, "vertex masses");
-    add_masses(making, vertices->mass);
+    if (making->rest_id == NULL) // else its elements say
+        add_masses(making, vertices->mass);
     for (int v = 0; v < mesh->vertex_count && making->hung != NULL; v++)
         vertices->mass[v] += making->hung[v];
     if (model->cuts != NULL) {
@@ -426,7 +427,10 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
         lattice_mesh_sort(&making.mesh, options->body.levels > options->surface_level
                                             ? options->body.levels
                                             : options->surface_level);
-    making.capacity = making.mesh.vertex_count;
+    making.start = making.capacity = making.mesh.vertex_count;
+    // At rest nothing needs to be fine. What starts deformed merges as it comes to rest.
+    if (ok && options->surface_level > 0 && options->body.initial_position == NULL)
+        ok = cut_body_find_rest(&making, status);
     // Refuse what does not fit.
     ok = ok &&
          vertices_can_create(&options->body, making.kernels != NULL, making.mesh.vertex_count,
@@ -447,5 +451,7 @@ bool voxel_create(Body *body, const VoxelOptions *options, Arena *arena, StateLi
     free(making.density);
     free(making.fixed);
     free(making.hung);
+    free(making.rest_id);
+    free(making.divided);
     return ok;
 }

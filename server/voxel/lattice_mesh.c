@@ -222,23 +222,43 @@ static int compare_vertices(const void *a, const void *b)
     return 0;
 }
 
-// Moves items of a size in bytes to the order of `sorted`.
-static void permute(void *items, size_t bytes, const SortedVertex *sorted, int count)
+// Moves items of a size in bytes to an order.
+static void permute(void *items, size_t bytes, const int *order, int count)
 {
     char *copy = malloc((size_t)count * bytes + 1);
     ASSERT(copy != NULL);
     memcpy(copy, items, (size_t)count * bytes);
     for (int v = 0; v < count; v++)
-        memcpy((char *)items + (size_t)v * bytes, copy + (size_t)sorted[v].vertex * bytes, bytes);
+        memcpy((char *)items + (size_t)v * bytes, copy + (size_t)order[v] * bytes, bytes);
     free(copy);
+}
+
+void lattice_mesh_order(LatticeMesh *mesh, const int *order)
+{
+    const int count = mesh->vertex_count;
+    int *now = calloc((size_t)count + 1, sizeof *now); // by what it was
+    ASSERT(now != NULL);
+    for (int v = 0; v < count; v++)
+        now[order[v]] = v;
+    permute(mesh->point, sizeof *mesh->point, order, count);
+    permute(mesh->id, sizeof *mesh->id, order, count);
+    permute(mesh->piece, sizeof *mesh->piece, order, count);
+    for (int e = 0; e < mesh->element_count; e++)
+        for (int n = 0; n < NODE_COUNT; n++)
+            if (mesh->vertex[e][n] >= 0)
+                mesh->vertex[e][n] = now[mesh->vertex[e][n]];
+    for (int f = 0; f < mesh->face_count; f++)
+        for (int c = 0; c < 3; c++)
+            mesh->face[f][c] = now[mesh->face[f][c]];
+    free(now);
 }
 
 void lattice_mesh_sort(LatticeMesh *mesh, int levels)
 {
     const int count = mesh->vertex_count;
     SortedVertex *sorted = calloc((size_t)count + 1, sizeof *sorted);
-    int *now = calloc((size_t)count + 1, sizeof *now); // by what it was
-    ASSERT(sorted != NULL && now != NULL);
+    int *order = calloc((size_t)count + 1, sizeof *order);
+    ASSERT(sorted != NULL && order != NULL);
     for (int v = 0; v < count; v++) {
         const int *point = mesh->point[v], all = point[0] | point[1] | point[2];
         int level = 0;
@@ -251,17 +271,8 @@ void lattice_mesh_sort(LatticeMesh *mesh, int levels)
     }
     qsort(sorted, (size_t)count, sizeof *sorted, compare_vertices);
     for (int v = 0; v < count; v++)
-        now[sorted[v].vertex] = v;
-    permute(mesh->point, sizeof *mesh->point, sorted, count);
-    permute(mesh->id, sizeof *mesh->id, sorted, count);
-    permute(mesh->piece, sizeof *mesh->piece, sorted, count);
-    for (int e = 0; e < mesh->element_count; e++)
-        for (int n = 0; n < NODE_COUNT; n++)
-            if (mesh->vertex[e][n] >= 0)
-                mesh->vertex[e][n] = now[mesh->vertex[e][n]];
-    for (int f = 0; f < mesh->face_count; f++)
-        for (int c = 0; c < 3; c++)
-            mesh->face[f][c] = now[mesh->face[f][c]];
+        order[v] = sorted[v].vertex;
+    lattice_mesh_order(mesh, order);
     free(sorted);
-    free(now);
+    free(order);
 }

@@ -38,6 +38,8 @@ void lattice_mesh_destroy(LatticeMesh *mesh);
 // those of the next, and within these by coarsest block; vertices of one point stay together. So
 // the rows that a body uses while its elements are large are few and adjacent.
 void lattice_mesh_sort(LatticeMesh *mesh, int levels);
+// Moves the vertices to an order: order[v] becomes vertex v; those on the outer faces stay first.
+void lattice_mesh_order(LatticeMesh *mesh, const int *order);
 
 // Returns the vertices of an outer square, counter-clockwise from outside; its triangles have the
 // first three, and the first, third and fourth.

@@ -55,6 +55,7 @@ typedef struct VoxelMaking {
     const VoxelKernels *kernels;
     Layout layout;
     LatticeMesh mesh; // before any cut
+    int start;        // vertices of the mesh that the body has at load, the first ones
     int capacity;     // most vertices; those of the mesh unless the body can be cut
     VertexId *by_id;  // [vertex_count]
     bool *fixed;      // [vertex_count]
@@ -69,6 +70,12 @@ typedef struct VoxelMaking {
     double lambda;         // bounds of M^-1 K to fast strains at the cap, of the linear law alone,
     double elastic;        // and, per unit of beta, of M^-1 C [1/s2]
     double damping_lambda;
+
+    // --- of a body that adapts, at rest: as coarse as it can be (cut_body_find_rest) ---
+    int kept;               // vertices that are kept for ever, the first ones of the mesh
+    int rest_count;         // vertices: the first `start` of the mesh, then corners in void
+    int *rest_id;           // [rest_count]; NULL: it starts as the mesh
+    unsigned char *divided; // [element of the cut lattice] as in CutLattice
 } VoxelMaking;
 
 // Stiffness of an element, and the time step that it requires.

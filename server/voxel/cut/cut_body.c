@@ -349,31 +349,92 @@ void cut_body_explain(const VoxelCuts *cuts, FILE *out)
 // ---------------------------------------------------------------------------------------------
 // Creation, at load
 
-// Returns the vertex capacity: twice the vertices of the fully divided body, because a broken face
-// is assumed to need four new vertices until it is known how many it needs, about one.
-static int choose_capacity(const VoxelMaking *making, Status *status)
+// Orders the vertices: those that are kept, which begin with the outer ones, then others that the
+// body has at rest, then those that elements lose as they merge.
+static void order_mesh(VoxelMaking *making, const CutLattice *lattice)
 {
-    enum { LEAST = 1024 };
-    const VoxelOptions *options = making->options;
-    if (options->body.node_capacity > 0)
-        return options->body.node_capacity;
-    // The body divided everywhere, and as many vertices again for cuts.
+    LatticeMesh *mesh = &making->mesh;
+    int *order = calloc((size_t)mesh->vertex_count + 1, sizeof *order), count = 0;
+    making->rest_id = calloc((size_t)cut_lattice_used(lattice) + 1, sizeof *making->rest_id);
+    ASSERT(order != NULL && making->rest_id != NULL);
+    enum { KEPT, OTHER, GONE, GROUPS };
+    for (int group = 0; group < GROUPS; group++) {
+        for (int v = 0; v < mesh->vertex_count; v++) {
+            // Rows of the lattice are those of the mesh until one is used again, for a corner in
+            // void.
+            const bool is = lattice->vertex_id[v] == mesh->id[v];
+            if ((cut_lattice_is_kept(lattice, v) ? KEPT : is ? OTHER : GONE) == group)
+                order[count++] = v;
+        }
+        making->kept = group == KEPT ? count : making->kept;
+        making->start = group == OTHER ? count : making->start;
+    }
+    // Their ids, and those of corners in void.
+    for (int k = 0; k < making->start; k++)
+        making->rest_id[making->rest_count++] = mesh->id[order[k]];
+    for (int v = 0; v < cut_lattice_used(lattice); v++)
+        if (lattice->vertex_id[v] >= 0 &&
+            (v >= mesh->vertex_count || lattice->vertex_id[v] != mesh->id[v]))
+            making->rest_id[making->rest_count++] = lattice->vertex_id[v];
+    lattice_mesh_order(mesh, order);
+    free(order);
+}
+
+bool cut_body_find_rest(VoxelMaking *making, Status *status)
+{
+    enum { VOID_CORNERS = 64 }; // that come in one merge, before it frees other rows
+    Arena arena = {0};
+    StateList state = {0};
+    CutLattice lattice;
+    // A lattice of today's elements merges until nothing can.
+    making->capacity = making->mesh.vertex_count + VOID_CORNERS;
+    const bool ok = cut_lattice_create(&lattice, making, &arena, &state, status);
+    if (ok) {
+        const size_t elements = (size_t)lattice.element_count;
+        cut_lattice_coarsen(&lattice);
+        making->divided = malloc(elements);
+        ASSERT(making->divided != NULL);
+        memcpy(making->divided, lattice.divided, elements);
+        order_mesh(making, &lattice);
+    }
+    state_destroy(&state);
+    arena_destroy(&arena);
+    return ok;
+}
+
+// Returns twice the vertices of the fully divided body, because a broken face is assumed to need
+// four new vertices until it is known how many it needs, about one.
+static long count_for_all(const VoxelMaking *making, Status *status)
+{
     Layout finest;
     LatticeMesh divided;
-    layout_create(&finest, options->lattice, 0);
-    long count = 0;
-    if (lattice_mesh_create(&divided, &finest, status))
-        count = 2L * divided.vertex_count + LEAST;
+    layout_create(&finest, making->options->lattice, 0);
+    const long count = lattice_mesh_create(&divided, &finest, status) ? divided.vertex_count : 0;
     lattice_mesh_destroy(&divided);
     layout_destroy(&finest);
-    ASSERT(count >= making->mesh.vertex_count && count < INT_MAX);
+    return 2 * count;
+}
+
+// Returns the vertex capacity. A body that adapts needs those that it always has, and a pool for
+// what tools need fine at the same time, and for what cuts bring: half as many as it has at rest,
+// of which most are outer ones, are enough for cuts and tools along all of one of its sections.
+static int choose_capacity(const VoxelMaking *making, Status *status)
+{
+    enum { LEAST = 1024, POOL = 16384 };
+    if (making->options->body.node_capacity > 0)
+        return making->options->body.node_capacity;
+    const int start = making->rest_id != NULL ? making->rest_count : making->mesh.vertex_count;
+    long count = count_for_all(making, status) + LEAST;
+    if (making->options->surface_level > 0 && start + start / 2 + POOL < count)
+        count = start + start / 2 + POOL;
+    ASSERT(count >= start && count < INT_MAX);
     return (int)count;
 }
 
 bool cut_body_check(VoxelMaking *making, Status *status)
 {
     const VoxelOptions *options = making->options;
-    const int vertices = making->mesh.vertex_count;
+    const int vertices = making->rest_id != NULL ? making->rest_count : making->mesh.vertex_count;
     making->capacity = choose_capacity(making, status);
     if (options->skin != NULL)
         return status_fail(
@@ -475,9 +536,6 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
         template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     if (!cut_lattice_create(&cuts->lattice, making, arena, state, status))
         return false;
-    // At rest nothing needs to be fine. What starts deformed merges as it comes to rest.
-    if (cuts->lattice.adapts && options->body.initial_position == NULL)
-        cut_lattice_coarsen(&cuts->lattice);
     if (making->options->heats) {
         cuts->heat = ALLOCATE(ARENA_STEP, 1, CutHeat, "heat");
         cut_heat_create(cuts->heat, name, &cuts->lattice, making, arena, state);

@@ -86,6 +86,9 @@ void cut_body_visit(void *self, Vec3 place);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
 // --- creation of what other bodies do not have; load time ---
+// Finds what a body that adapts starts with, as coarse as it can be, so that it needs no room for
+// more: moves its vertices to the front of the mesh. False with a status.
+bool cut_body_find_rest(VoxelMaking *making, Status *status);
 // Sets the capacity. False with a status: options that do not fit a body that can be cut.
 bool cut_body_check(VoxelMaking *making, Status *status);
 // Creates `cuts` with the elements; before the vertices. False with a status.

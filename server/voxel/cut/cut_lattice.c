@@ -303,9 +303,14 @@ static void choose_kept(CutLattice *lattice, const char *name, const VoxelMaking
 {
     const LatticeMesh *mesh = &making->mesh;
     const VoxelOptions *options = making->options;
-    lattice->kept_end = mesh->vertex_count;
-    lattice->kept_id = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, int, "ids of kept vertices");
-    lattice->carried = ALLOCATE(ARENA_TOPOLOGY, mesh->vertex_count, bool, "carried vertices");
+    const bool rests = making->rest_id != NULL;
+    lattice->kept_end = rests ? making->kept : mesh->vertex_count;
+    lattice->kept_id = ALLOCATE(ARENA_TOPOLOGY, lattice->kept_end, int, "ids of kept vertices");
+    lattice->carried = ALLOCATE(ARENA_TOPOLOGY, lattice->kept_end, bool, "carried vertices");
+    if (rests) {
+        memcpy(lattice->kept_id, mesh->id, (size_t)lattice->kept_end * sizeof *mesh->id);
+        return;
+    }
     for (int v = 0; v < mesh->vertex_count; v++)
         lattice->kept_id[v] = v < mesh->surface_count || options->publish_all ? mesh->id[v] : -1;
     for (int e = 0; e < mesh->element_count && options->field != NULL; e++) {
@@ -348,14 +353,15 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
 {
     const char *name = making->options->body.name;
     const LatticeMesh *mesh = &making->mesh;
-    const int capacity = making->capacity;
+    const bool rests = making->rest_id != NULL;
+    const int capacity = making->capacity, count = rests ? making->rest_count : mesh->vertex_count;
     *lattice = (CutLattice){.vertex_capacity = capacity,
                             .split_budget = making->options->split_budget,
                             .removable = making->options->body.removable,
                             .adapts = making->options->surface_level > 0};
-    if (mesh->vertex_count > capacity)
+    if (count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
-                           name, mesh->vertex_count, capacity);
+                           name, count, capacity);
     // Elements, then vertices as in the uncut body.
     create_elements(lattice, name, making, arena);
     create_scratch(lattice, name, arena);
@@ -363,10 +369,13 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
         return false;
     create_state(lattice, name, arena, state);
     memset(lattice->vertex_id, -1, (size_t)capacity * sizeof *lattice->vertex_id);
-    memcpy(lattice->vertex_id, mesh->id, (size_t)mesh->vertex_count * sizeof *mesh->id);
-    *lattice->vertex_count = mesh->vertex_count;
+    memcpy(lattice->vertex_id, rests ? making->rest_id : mesh->id,
+           (size_t)count * sizeof *mesh->id);
+    *lattice->vertex_count = count;
     if (lattice->adapts) {
         divide_above(lattice, &making->layout);
+        if (rests)
+            memcpy(lattice->divided, making->divided, (size_t)lattice->element_count);
         choose_kept(lattice, name, making, arena);
         cut_merge_allow(lattice, making);
     }
