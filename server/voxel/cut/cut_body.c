@@ -610,6 +610,7 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
     model->vertices.rows.owner = masses->lattice->vertex_id; // negative ids are free rows
     model->cuts->carry = ALLOCATE(ARENA_STEP, 1, CutCarry, "carried vertices");
     cut_carry_create(model->cuts->carry, masses->lattice, &model->vertices, name, arena);
+    masses->carry = model->cuts->carry;
 }
 
 void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,
@@ -658,6 +659,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     if (options->field != NULL && !options->publish_all) {
         cuts->fit = ALLOCATE(ARENA_OUTPUT, 1, CutFit, "fit");
         cut_fit_create(cuts->fit, &cuts->faces, &cuts->lattice, making, body, arena, state);
+        if (cuts->carry != NULL)
+            cut_carry_want_moves(cuts->carry, cuts->name, arena);
         model->fitted = &cuts->fit->fitted;
     }
     if (cuts->fit != NULL || options->body.watch_count > 0)

@@ -171,6 +171,34 @@ void cut_carry_spread(const CutCarry *carry, void *force, const int *vertex, int
 }
 
 // ---------------------------------------------------------------------------------------------
+// Vertices that a merge moves
+
+void cut_carry_want_moves(CutCarry *carry, const char *name, Arena *arena)
+{
+    const int kept = carry->lattice->kept_end;
+    carry->move = ALLOCATE(ARENA_OUTPUT, kept, CarryMove, "vertices that merges move");
+    carry->moved = ALLOCATE(ARENA_OUTPUT, kept, int, "moved vertices");
+}
+
+void cut_carry_note_move(CutCarry *carry, int vertex)
+{
+    const Vertices *vertices = carry->vertices;
+    if (carry->move == NULL || !cut_lattice_is_kept(carry->lattice, vertex) ||
+        carry->moved[vertex] > 0)
+        return;
+    const Vec3 u = rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0);
+    carry->move[carry->move_count++] = (CarryMove){vertex, {u.x, u.y, u.z}};
+    carry->moved[vertex] = carry->move_count;
+}
+
+void cut_carry_forget_moves(CutCarry *carry)
+{
+    for (int k = 0; k < carry->move_count; k++)
+        carry->moved[carry->move[k].vertex] = 0;
+    carry->move_count = 0;
+}
+
+// ---------------------------------------------------------------------------------------------
 // Lists
 
 // Returns bits of the middles that a site follows from, those included that these follow from.
@@ -252,6 +280,8 @@ static void refresh(CutCarry *carry, const int *vertex, int count)
             if (leaf[s] < 0 || at < 0 || carry->first[at] < 0 || carry->seen[at] == carry->stamp)
                 continue;
             carry->seen[at] = carry->stamp;
+            for (int v = carry->first[at]; v >= 0 && carry->move != NULL; v = carry->next[v])
+                cut_carry_note_move(carry, v);
             cut_carry_update_some(carry, row, &leaf[s], 1);
         }
     }

@@ -20,6 +20,12 @@ typedef struct CarrySite {
     unsigned char share[3]; // from there, in parts of the octant's edge; less than all
 } CarrySite;
 
+// Where a kept vertex was before a merge moved it: displacement in the rows' axes [m].
+typedef struct CarryMove {
+    int vertex;
+    double from[3];
+} CarryMove;
+
 typedef struct CutCarry {
     const CutLattice *lattice;
     Vertices *vertices;
@@ -33,6 +39,10 @@ typedef struct CutCarry {
     int *place;      // [element - level_first[1]] in `leaf`
     int *leaf;       // elements with such vertices, in no order that matters
     int leaf_count;
+    // --- of the current change ---
+    CarryMove *move; // [kept_end] NULL: nobody wants to know
+    int *moved;      // [kept_end] 1 + its place in `move`; 0: it is not there
+    int move_count;
     // --- scratch ---
     int *seen, stamp; // [element - level_first[1]]
 } CutCarry;
@@ -42,6 +52,12 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
                       const char *name, Arena *arena);
 // Lists again what is carried, after the lattice was derived.
 void cut_carry_derive(CutCarry *carry);
+// Load time. From now on lists, in `move`, the kept vertices that a merge moves, until
+// cut_carry_forget_moves.
+void cut_carry_want_moves(CutCarry *carry, const char *name, Arena *arena);
+// Call it before the row of a vertex changes in a merge.
+void cut_carry_note_move(CutCarry *carry, int vertex);
+void cut_carry_forget_moves(CutCarry *carry);
 // Updates the lists after changes of the lattice; after merges also the rows of all carried
 // vertices of the elements around some vertices, whose rows have changed.
 void cut_carry_follow(CutCarry *carry, const int *vertex, int count);

@@ -337,6 +337,8 @@ bool cut_fit_follow(CutFit *fit, bool divided, Body *body)
     for (int p = 0; p < fit->moved_count; p++)
         cut_fit_start_fades(fit, row, &fit->moved[p]);
     note_births(fit, false);
+    if (fit->faces->masses->carry != NULL)
+        cut_fit_fade_moves(fit, row);
     enter(fit);
     cut_fit_write_fades(fit);
     body->mesh.fit = fit->fitted.fit;

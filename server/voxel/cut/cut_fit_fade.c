@@ -7,6 +7,7 @@
 #include <string.h>
 
 #define SMALLEST_JUMP 1e-7 // [cells] less is no jump
+#define VISIBLE_JUMP  2e-3 // [cells] of what merges move: less is not worth a fade
 
 // Returns the deformation of a cell, in the rows' axes.
 static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
@@ -153,6 +154,68 @@ void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at)
         if (begun[k].step > 0)
             cut_fit_list_fade(fit, vertex[k]);
     }
+}
+
+// Returns how far a merge has moved a vertex [m].
+static Vec3 move_of(const CutFit *fit, const void *row, int vertex)
+{
+    const CutCarry *carry = fit->faces->masses->carry;
+    if (!cut_lattice_is_kept(fit->lattice, vertex) || carry->moved[vertex] == 0)
+        return vec3(0.0, 0.0, 0.0);
+    const double *from = carry->move[carry->moved[vertex] - 1].from;
+    return vec3_sub(rows_vector(&fit->vertices->rows, row, vertex, 0),
+                    vec3(from[0], from[1], from[2]));
+}
+
+// Adds what a cell's present gradient differs from that before a merge by, times an offset, to
+// what is shown of a vertex now.
+static void take_back(const CutFit *fit, const void *row, int cell, const float offset[3],
+                      double share, double from[3])
+{
+    for (int k = 0; k < FIT_CORNERS; k++) {
+        const Vec3 moved = move_of(fit, row, cut_fit_corner(fit, cell, k));
+        double by = 0.0;
+        for (int axis = 0; axis < 3; axis++)
+            by += (k >> axis & 1 ? 0.25 : -0.25) * (double)offset[axis];
+        from[0] -= share * by * moved.x;
+        from[1] -= share * by * moved.y;
+        from[2] -= share * by * moved.z;
+    }
+}
+
+// A node goes on from where it was shown.
+void cut_fit_fade_moves(CutFit *fit, const void *row)
+{
+    CutCarry *carry = fit->faces->masses->carry;
+    const double seen = VISIBLE_JUMP * fit->fitted.size;
+    for (int k = 0; k < carry->move_count; k++) {
+        const CarryMove *move = &carry->move[k];
+        const Vec3 moved = move_of(fit, row, move->vertex);
+        if (!(vec3_length(moved) > seen) || !cut_fit_is_node(fit, move->vertex))
+            continue;
+        double from[3];
+        Around around;
+        CutMoved at;
+        cut_lattice_point(fit->lattice, move->vertex, at.point);
+        at.index = cut_parts_index(fit->lattice->scratch, at.point);
+        memcpy(at.before, fit->point_offset[at.index], sizeof at.before);
+        cut_fit_around(fit, &at);
+        find_around(fit, row, &at, &around);
+        const int cells = find_before(fit, &around, move->vertex, from);
+        from[0] -= moved.x, from[1] -= moved.y, from[2] -= moved.z;
+        // What a fade has left of the offset.
+        const CutFade *fade = &fit->fade[move->vertex];
+        const double left =
+            fade->step > 0 ? (double)fit_left(fade->step, fit->fitted.fit.fade_steps, fit->step)
+                           : 0.0;
+        for (int s = 0; s < 8; s++)
+            if (around.vertex[s] == move->vertex)
+                take_back(fit, row, at.leaf[s], at.before, (1.0 - left) / cells, from);
+        fit->fade[move->vertex].step = (int)fit->step;
+        turn_out(fit, from, fit->fade[move->vertex].from);
+        cut_fit_list_fade(fit, move->vertex);
+    }
+    cut_carry_forget_moves(carry);
 }
 
 void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)

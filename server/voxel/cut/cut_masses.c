@@ -173,6 +173,8 @@ static void touch(CutMasses *masses, int vertex)
     masses->group[vertex] = vertex;
     masses->mass_before[vertex] = is_free(masses, vertex) ? masses->vertices->mass[vertex] : 0.0;
     masses->touched[masses->touched_count++] = vertex;
+    if (masses->carry != NULL && masses->lattice->changes.merged_count > 0)
+        cut_carry_note_move(masses->carry, vertex);
 }
 
 static void touch_element(CutMasses *masses, int element)

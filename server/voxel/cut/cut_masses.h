@@ -25,6 +25,7 @@ typedef struct CutMasses {
     const CutLattice *lattice;
     TemplateCache *templates;
     Vertices *vertices;
+    struct CutCarry *carry; // of a body that adapts, or NULL
     VoxelLaw law;
     double size;        // of a cell [m]
     double middle[3];   // of the lattice, in cells: origin of the rows

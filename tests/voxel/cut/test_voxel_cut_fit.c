@@ -492,6 +492,60 @@ TEST(lips_coincide_at_the_tick_of_the_cut)
     surface_level = 0;
 }
 
+// Divides all leaves, or merges all that can where vertices move by less than a tenth of a cell.
+static bool divide_all(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    CutLattice *lattice = &((VoxelCuts *)context)->lattice;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        if (cut_lattice_is_leaf(lattice, e))
+            cut_lattice_want(lattice, e);
+    return sim->body[b].ops->reconstruct(&sim->body[b], change);
+}
+
+static bool merge_all(Sim *sim, int b, void *context, TopologyChange *change)
+{
+    VoxelCuts *cuts = context;
+    CutLattice *lattice = &cuts->lattice;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        if (cut_lattice_can_merge(lattice, e) && cut_masses_residual(&cuts->masses, e) < 0.1)
+            cut_lattice_merge(lattice, e);
+    return cut_body_follow(cuts, &sim->body[b], true, false, change);
+}
+
+// What is shown does not jump where elements merge either: it goes on from where it was.
+TEST(no_node_jumps_where_elements_merge)
+{
+    uint64_t seed = 6;
+    surface_level = 2;
+    SCOPED(destroy) Fitted it;
+    create(&it, 0.006, 3);
+    surface_level = 0;
+    VoxelCuts *cuts = it.world.cuts;
+    cuts->lattice.split_budget = INT_MAX;
+    for (int k = 0; k < 2; k++)
+        change_body(it.world.sim, 0, divide_all, cuts);
+    cut_world_shake(&it.world, 0.4, &seed);
+    const size_t numbers = 3 * (size_t)it.world.body->mesh.node_count;
+    FREED float *was = calloc(numbers, sizeof *was), *ended = calloc(numbers, sizeof *ended);
+    show(&it, was);
+    const int leaves = cuts->lattice.leaf_count;
+    change_body(it.world.sim, 0, merge_all, cuts);
+    assert_true(cuts->lattice.leaf_count < leaves - 100);
+    show(&it, it.node);
+    it.world.body->ops->snapshot(it.world.model, ended, NULL);
+    double jump = 0.0, hidden = 0.0;
+    for (size_t i = 0; i < numbers; i++) {
+        jump = fmax(jump, fabs((double)it.node[i] - (double)was[i]));
+        hidden = fmax(hidden, fabs((double)ended[i] - (double)was[i]));
+    }
+    print_message("nodes jump by %.2g cells, without fades %.2g; %d fade\n",
+                  jump / it.world.lattice.size, hidden / it.world.lattice.size,
+                  it.world.body->mesh.fit.fade_count);
+    assert_true(hidden > 0.03 * it.world.lattice.size);
+    // What is left: gradients around nodes, which change a little too.
+    expect_at_most(jump, 0.3 * hidden);
+}
+
 static bool burr_once(Sim *sim, int b, void *context, TopologyChange *change)
 {
     RemovalOutcome outcome;
