@@ -234,7 +234,6 @@ static void look_at_brick(CutAdapt *adapt, const void *row, int brick, unsigned 
 static void sweep(CutAdapt *adapt, const void *row)
 {
     const double brick_edge = adapt->size * (double)(WINDOW_EDGE << adapt->lattice->levels);
-    adapt->wish_count = adapt->wished = 0;
     for (int b = 0; b < adapt->brick_count; b++) {
         const AdaptBox *kept = &adapt->box[b];
         Box box;
@@ -262,6 +261,34 @@ static void make_boxes(CutAdapt *adapt, const void *row)
         *next = *next + 1 < adapt->brick_count ? *next + 1 : 0;
         look_at_brick(adapt, row, (int)*next, 0);
     }
+}
+
+// Wishes that leaves under stress are divided; those of the finest level keep what is above them
+// from merging.
+static void look_at_tense(CutAdapt *adapt)
+{
+    const CutLattice *lattice = adapt->lattice;
+    for (int k = 0; k < adapt->tense_count; k++) {
+        const int leaf = adapt->tense[k];
+        // The tick's cuts may have divided it.
+        if (!cut_lattice_is_leaf(lattice, leaf))
+            continue;
+        if (lattice->element[leaf].parent >= 0)
+            bits_add(adapt->is_tense, lattice->element[leaf].parent - lattice->level_first[1]);
+        if (lattice->element[leaf].level > 0)
+            add_wish(adapt, &(AdaptWish){.element = leaf});
+    }
+}
+
+static void forget_tense(CutAdapt *adapt)
+{
+    const CutLattice *lattice = adapt->lattice;
+    for (int k = 0; k < adapt->tense_count; k++) {
+        const int parent = lattice->element[adapt->tense[k]].parent;
+        if (parent >= 0)
+            bits_remove(adapt->is_tense, parent - lattice->level_first[1]);
+    }
+    adapt->tense_count = 0;
 }
 
 // Divides what presses most. Returns how many.
@@ -314,7 +341,8 @@ static void find_merges(CutAdapt *adapt, const void *row)
             *next = at;
             if (looks++ == LOOKS || adapt->merge_count == MERGE_BUDGET)
                 return;
-            if (is_left(adapt, row, element) && cut_lattice_can_merge(adapt->lattice, element) &&
+            if (!bits_has(adapt->is_tense, at) && is_left(adapt, row, element) &&
+                cut_lattice_can_merge(adapt->lattice, element) &&
                 cut_masses_residual(adapt->masses, element) < RESIDUAL)
                 adapt->merge[adapt->merge_count++] = element;
         }
@@ -339,18 +367,22 @@ static int merge(CutAdapt *adapt)
 
 int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
 {
-    *merged = false;
     adapt->state->age++;
+    adapt->wish_count = adapt->wished = 0;
     make_boxes(adapt, row);
-    if (is_due(adapt)) {
+    look_at_tense(adapt);
+    if (is_due(adapt))
         sweep(adapt, row);
-        const int divided = divide(adapt);
-        if (divided > 0)
-            return divided;
+    // Nothing merges while something is divided.
+    int changed = adapt->wished > 0 ? divide(adapt) : 0;
+    *merged = changed == 0;
+    if (*merged) {
+        adapt->state->waits = 0;
+        find_merges(adapt, row);
+        changed = merge(adapt);
     }
-    find_merges(adapt, row);
-    *merged = true;
-    return merge(adapt);
+    forget_tense(adapt);
+    return changed;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -444,6 +476,9 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
     adapt->family =
         ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1]),
                  uint64_t, "elements that may merge");
+    adapt->is_tense =
+        ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1]),
+                 uint64_t, "elements above tense ones");
     adapt->state = ALLOCATE(ARENA_TOPOLOGY, 1, AdaptState, "adaptation");
     adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
     adapt->state->scale = 1.0;

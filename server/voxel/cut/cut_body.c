@@ -136,6 +136,9 @@ bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *chang
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
     bool merged;
+    cuts->adapt->tense = cuts->tear.stressed;
+    cuts->adapt->tense_count = cuts->tear.stressed_count;
+    cuts->tear.stressed_count = 0;
     if (cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged) == 0)
         return false;
     // Nodes that come and go are inside, where nothing outside refers to them; only a mesh of all

@@ -316,13 +316,18 @@ static void look_at_half(void *context, int first, int last)
         batch_runs_stress(&tear->windows->runs, shared->pass, shared->limit, half, tear->high);
 }
 
+// Elements of a body that adapts are divided from this share of the strength on: larger ones
+// underestimate peaks.
+static const double TENSE = 0.5;
+
 // Returns the number of elements under stress.
 static int find_stressed(CutTear *tear, const VoxelPass *pass)
 {
     // Slightly lower, because the kernels round, in single precision to 1e-7 of the stiffness.
     // What is there at rest comes on top of what they see.
     const double rest = tear->tension != NULL ? pass->stiffness_scale * tear->tension->most : 0.0;
-    SharedLook shared = {tear, pass, fmax(0.0, (1.0 - 1e-3) * tear->stress - rest)};
+    const double share = tear->lattice->adapts ? TENSE : 1.0;
+    SharedLook shared = {tear, pass, fmax(0.0, (1.0 - 1e-3) * share * tear->stress - rest)};
     if (tear->vertices->team != NULL && tear->vertices->halved)
         team_run(tear->vertices->team, look_at_half, &shared, 2);
     else
@@ -349,6 +354,7 @@ static void find_by_stress(CutTear *tear, const VoxelPass *pass)
 {
     // Of the stressed elements, as many as a tick has time for.
     int first, stressed = find_stressed(tear, pass);
+    tear->stressed_count = stressed;
     const int count = choose(tear, stressed, &first);
     TearList list = {.count = 0};
     tear->look++;

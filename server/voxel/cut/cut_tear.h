@@ -47,11 +47,11 @@ typedef struct CutTear {
     // --- result of the last call ---
     int (*hit)[2]; // [hit_count] {cell, axis}
     int hit_count, hit_capacity;
+    int *stressed, stressed_count; // leaves under the strength, or half of it if the body adapts
 
     // --- scratch ---
     unsigned char *hit_bits; // [cell] bit d: its face towards +d is in `hit`
     uint16_t *high;          // [batch]
-    int *stressed;           // [leaves] elements
     bool *is_looked_at;      // [element]
     struct TearStress *near; // stresses of a few elements
     int64_t look;            // number of searches
