@@ -12,14 +12,13 @@
 #include <math.h>
 #include <string.h>
 
-// Relative error of the outer displacements over that of the energy, of the elements and of what
-// overlaps with tools (README.md, "Error of the elements").
-static const double BY_ELEMENTS = 1.3, BY_OVERLAP = 0.7;
 // Energy of an overlap over force and its greatest depth: 1/2 int p^2 / int p of a ball's pressure,
 // which falls as the root of 1 - s^2 to its edge (Hertz).
 static const double OVERLAP_SHARE = 0.375;
 // Least that is left of the terms of a tool's force, which cancel each other.
-static const double LEAST_LEFT = 0.1;
+static const double LEAST_LEFT = 0.12;
+// Error of what a grasper pulls, by which vertices happen to be within it [cells over its radius].
+static const double BY_GRIP = 0.2;
 // Reach of the surroundings of a tool [its radius and 1.5 edges of an element].
 static const double NEAR_TOOL = 2.0;
 
@@ -33,8 +32,9 @@ enum { ELEMENT_COST = 1, VERTICES = 16 }; // elements, and vertices that take as
 // two sizes have in their middles is interpolated to the vertex between them.
 typedef struct VertexError {
     float strain[STRAINS];
-    float weight; // [1/m]
-    float defect; // energy per volume of the differences [J/m3], times weight
+    float weight;  // [1/m]
+    float corners; // how many, each an eighth of the surroundings
+    float defect;  // energy per volume of the differences [J/m3], times weight
 } VertexError;
 
 typedef struct ErrorSums {
@@ -290,6 +290,7 @@ static void gather(VoxelError *error, const ErrorElement *e)
             for (int k = 0; k < STRAINS && (e->corner[p] >> c & 1); k++)
                 to->strain[k] += weight * (float)strain.at[c][k];
         to->weight += weight * (float)e->corners[p];
+        to->corners += (float)e->corners[p];
     }
 }
 
@@ -297,9 +298,13 @@ static void gather(VoxelError *error, const ErrorElement *e)
 // between the corners.
 static double defect_of(const VoxelError *error, const ErrorElement *e, const CornerStrain *own)
 {
-    double mode[NODE_CORNERS][STRAINS], sum = 0.0;
+    // Axes along which there are elements on both sides of a vertex, by how many eighths are
+    // filled.
+    static const double SIDES[] = {0.0, 0.0, 1.0, 1.585, 2.0, 2.322, 2.585, 2.807, 3.0};
+    double mode[NODE_CORNERS][STRAINS], sum = 0.0, seen = 0.0;
     for (int c = 0; c < NODE_CORNERS; c++) {
         const VertexError *at = &error->vertex[e->vertex[c]];
+        seen += SIDES[at->corners < 8.0F ? (int)at->corners : 8];
         // A vertex that came within this round knows nothing.
         const double share = at->weight > 0.0F ? 1.0 / (double)at->weight : 0.0;
         for (int k = 0; k < STRAINS; k++)
@@ -318,7 +323,9 @@ static double defect_of(const VoxelError *error, const ErrorElement *e, const Co
                                                1.0 / 3.0, 1.0 / 9.0, 1.0 / 9.0, 1.0 / 27.0};
     for (int m = 0; m < NODE_CORNERS; m++)
         sum += SHARE[m] / 64.0 * energy_of(e, mode[m]);
-    return sum;
+    // Towards a face nothing is recovered: that counts as much as what is along the other axes.
+    const double all = 3.0 * NODE_CORNERS;
+    return sum * all / fmax(seen, all / 3.0);
 }
 
 // Returns the factor of the energies of an element that stiffens.
@@ -476,6 +483,14 @@ static ContactDefect contact_defect(const VoxelModel *model, const ErrorQuestion
                            cap > 0.0 ? force * chord * cap / (chord + cap) : 0.0};
 }
 
+// Returns the relative error by which vertices a tool holds, if it does not touch.
+static double grip_error(const VoxelModel *model, const ErrorQuestion *question, int t)
+{
+    const bool grips = question->depth != NULL && !(question->depth[t] > 0.0) &&
+                       question->size[t] > 0.0 && vec3_length(question->force[t]) > 0.0;
+    return grips ? BY_GRIP * model->vertices.rows.longest_edge / question->size[t] : 0.0;
+}
+
 // Returns the relative error of the force on a tool: that of the energy around it.
 static double force_error(const VoxelModel *model, const ErrorQuestion *question, int t)
 {
@@ -487,7 +502,7 @@ static double force_error(const VoxelModel *model, const ErrorQuestion *question
     // Elements and contact give way too much, chords too little.
     const double sum = sums->near_defect[t] + contact.overlap + contact.chord;
     const double left = sums->near_defect[t] + contact.overlap - contact.chord;
-    return hypot(left, LEAST_LEFT * sum) / all;
+    return hypot(hypot(left, LEAST_LEFT * sum) / all, grip_error(model, question, t));
 }
 
 // Computes the answer from the sums of a round.
@@ -495,14 +510,15 @@ static void conclude(const VoxelModel *model, const ErrorQuestion *question, Bod
 {
     const ErrorSums *sums = &model->error->sums;
     *out = (BodyError){.displacement = 0.0};
-    double overlap = 0.0;
+    double overlap = 0.0, grip = 0.0;
     for (int t = 0; t < question->tool_count; t++) {
+        grip = fmax(grip, grip_error(model, question, t));
         overlap += contact_defect(model, question, t).overlap;
         out->force[t] = force_error(model, question, t);
     }
     const double all = sums->energy + overlap;
     if (all > 0.0)
-        out->relative = hypot(BY_ELEMENTS * sums->defect, BY_OVERLAP * overlap) / all;
+        out->relative = hypot(hypot(sums->defect, overlap) / all, grip);
     if (sums->outer > 0)
         out->displacement = out->relative * sqrt(sums->square / sums->outer);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // pliant-error-solids [CELLS] [NAME]: estimated and true errors of solids (BodyOps.estimate), a
-// line for each scene whose name contains NAME, for error.md. The truth is the same body with all
-// cells divided once and, if that makes fewer than CELLS (150000), twice, without levels.
+// line for each scene whose name contains NAME, for error_solids.md. The truth is the same body
+// with all cells divided once and, if that makes fewer than CELLS (115000), twice, without levels.
 #include "voxel_error.h"
 
 #include <math.h>
@@ -11,20 +11,19 @@
 
 enum { DIVIDED = 2 };
 
-// What two finer bodies say of the coarsest: v, of which the error of every step is `order` times
-// smaller than that of the one before.
+// Returns what finer bodies say v tends to; `factor`: on its first difference.
 static double limit(const double v[DIVIDED + 1], int count, double factor)
 {
-    return count == 1 ? v[0] + factor * (v[1] - v[0]) : v[2] + 0.5 * (v[2] - v[1]);
+    return count == 1 ? v[0] + factor * (v[1] - v[0]) : v[2] + (factor - 1.0) * (v[2] - v[1]);
 }
 
 // Factor on the first difference: 1 / (1 - 1/ratio) of differences that fall by `ratio`, between
-// first order and second, which is taken where only one is known.
+// first order and second; where only one is known that of the median order of the others, 1.5.
 static double beyond(const double differ[DIVIDED], int count)
 {
-    const double second = 4.0 / 3.0, first = 2.0;
+    const double second = 4.0 / 3.0, first = 2.0, usual = 1.55;
     if (count < 2)
-        return second;
+        return usual;
     const double ratio = differ[0] / differ[1];
     return ratio <= 1.0 ? first : fmin(first, fmax(second, ratio / (ratio - 1.0)));
 }
@@ -61,7 +60,7 @@ static void study(const ErrorScene *scene, double most)
 
 int main(int argc, char **argv)
 {
-    const double most = argc > 1 ? atof(argv[1]) : 150000.0;
+    const double most = argc > 1 ? atof(argv[1]) : 115000.0;
     const char *part = argc > 2 ? argv[2] : "";
     printf("scene\tcells\tlevels\tdivided once [%%]\ttrue [%%]\testimated [%%]\tover divided "
            "once\tover true\tforce missing [%%]\testimated [%%]\n");
