@@ -4,6 +4,7 @@
 // are R^T F - 1, in the axes at rest, so that rotations of the body and of its parts do not count.
 #include "voxel/error.h"
 
+#include "base/check.h"
 #include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/rotation.h"
@@ -25,8 +26,8 @@ static const double NEAR_TOOL = 2.0;
 // What a round does, one after the other.
 typedef enum ErrorPass { GATHER_STRAINS, COMPARE_STRAINS, MEASURE_MOTION, SHOW } ErrorPass;
 
-enum { STRAINS = 6 };                     // xx yy zz yz zx xy
-enum { ELEMENT_COST = 1, VERTICES = 16 }; // elements, and vertices that take as long
+enum { STRAINS = 6 };   // xx yy zz yz zx xy
+enum { VERTICES = 16 }; // that take as long as an element
 
 // Sums over the corners of elements at a vertex. A corner weighs 1 / H, so that what elements of
 // two sizes have in their middles is interpolated to the vertex between them.
@@ -442,7 +443,8 @@ static bool through_vertices(const VoxelModel *model, int *budget)
     *budget -= (end - error->next) / VERTICES + 1;
     for (; error->next < end; error->next++) {
         VertexError *at = &error->vertex[error->next];
-        const float shown = at->weight > 0.0F ? at->defect / at->weight : 0.0F;
+        const float density = at->weight > 0.0F ? at->defect / at->weight : 0.0F;
+        const float shown = density >= 0.0F && isfinite(density) ? density : 0.0F;
         error->shown[error->next] = shown;
         error->sums.largest = shown > error->sums.largest ? shown : error->sums.largest;
         *at = (VertexError){.weight = 0.0F};
@@ -527,6 +529,7 @@ bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyE
 {
     const VoxelModel *model = self;
     VoxelError *error = model->error;
+    ASSERT(question->tool_count <= ERROR_TOOLS);
     if (error == NULL)
         return false;
     while (budget > 0) {
