@@ -348,6 +348,19 @@ static bool check_ids(const CutLattice *lattice, const char *name, Status *statu
                        INT_MAX / 16);
 }
 
+// Sets how many leaves there may be: as many as a pool of vertices is good for. A cell takes about
+// one, less where many are together; around fine parts one larger leaf comes with eight cells or
+// more.
+static void limit_leaves(CutLattice *lattice, int pool)
+{
+    enum { LEAST = 256 };
+    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
+    const int now = lattice->leaf_at_level[0], others = lattice->leaf_count - now;
+    const long most_cells = now + 2L * pool + LEAST, most_larger = others + pool / 8 + LEAST;
+    lattice->most_cells = most_cells < cells ? (int)most_cells : cells;
+    lattice->most_larger = most_larger < larger ? (int)most_larger : larger;
+}
+
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status)
 {
@@ -358,6 +371,8 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     *lattice = (CutLattice){.vertex_capacity = capacity,
                             .split_budget = making->options->split_budget,
                             .removable = making->options->body.removable,
+                            .most_cells = INT_MAX,
+                            .most_larger = INT_MAX,
                             .adapts = making->options->surface_level > 0};
     if (count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
@@ -383,6 +398,8 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
         cut_points_find_anchors(lattice);
     const bool sound = cut_lattice_derive(lattice);
     ASSERT(sound);
+    if (lattice->adapts)
+        limit_leaves(lattice, rests ? capacity - count : INT_MAX / 4);
     return true;
 }
 
@@ -476,6 +493,7 @@ void cut_lattice_forget_changes(CutLattice *lattice)
     cut_points_free_ended(lattice);
     changes->element_count = changes->birth_count = changes->face_count = changes->lost_count = 0;
     changes->merged_count = changes->ended_count = 0;
+    lattice->scratch->left_larger = 0;
 }
 
 // ---------------------------------------------------------------------------------------------

@@ -115,10 +115,13 @@ typedef struct CutLattice {
     int *window_of;    // [element_count]
     int vertex_capacity;
     int split_budget; // divisions per tick
-    bool removable;   // cells can go
-    bool adapts;      // elements merge again; also such as are partly filled
-    int kept_end;     // vertices at load: no later one is kept for ever
-    int *kept_id;     // [kept_end] id of a vertex that keeps its row for ever; -1: ends when it may
+    // Leaves of level 0 and larger ones at the same time, at most, those included that were leaves
+    // before the present change. INT_MAX: as many as there can be
+    int most_cells, most_larger;
+    bool removable; // cells can go
+    bool adapts;    // elements merge again; also such as are partly filled
+    int kept_end;   // vertices at load: no later one is kept for ever
+    int *kept_id;   // [kept_end] id of a vertex that keeps its row for ever; -1: ends when it may
 
     // --- part of the state ---
     unsigned char *divided; // [element_count] of a finest cell: it is gone

@@ -244,7 +244,8 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
             return false;
     // It has at most one vertex more at each of its corners in void.
     return !cut_split_must(lattice, element) && !is_finer_around(lattice, element) &&
-           (parent->whole || cut_parts_room(lattice) >= NODE_CORNERS);
+           (parent->whole || cut_parts_room(lattice) >= NODE_CORNERS) &&
+           cut_parts_allow(lattice, parent->level, 1);
 }
 
 // Gives an element the vertices that its children had at its nodes: of each the first.
@@ -282,6 +283,7 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     lattice->leaf_count -= children - 1;
     lattice->leaf_at_level[parent->level]++;
     lattice->leaf_at_level[parent->level - 1] -= children;
+    lattice->scratch->left_larger += parent->level > 1 ? children : 0;
     // Its vertices start with those that its children share with it.
     hand_up(lattice, element);
     cut_parts_enter_leaf(lattice, element);

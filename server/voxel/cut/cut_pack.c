@@ -2,6 +2,9 @@
 // Builds the batches of a group of windows from its leaves; part of cut_windows.c.
 #include "voxel/cut/cut_windows.h"
 
+#include "base/bits.h"
+#include "base/check.h"
+
 #include <string.h>
 
 // A leaf as a number to sort by: bits 0 to 31 the element, 32 to 49 its mask, 50 if it is partly
@@ -167,11 +170,14 @@ static void take_turn(const CutWindows *windows, int element, Turns *turns)
 static void clear_turns(CutWindows *windows, const BatchRange *range)
 {
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
-        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
-        for (int i = 0; i < range->used[kind] * LANES; i++)
-            memcpy(windows->runs.last[first + i / LANES][i % LANES], NO_TURN, sizeof NO_TURN);
-        for (int i = 0; i < range->used[kind] * LANES && windows->strain != NULL; i++)
-            relaxation_put(windows->runs.relaxation, first * LANES + i, NO_STRAIN);
+        const int from = kind == BATCH_PLAIN ? 0 : windows->capacity[0];
+        for (int k = 0, b = range->first[kind]; k < range->used[kind]; k++) {
+            for (int i = 0; i < LANES; i++)
+                memcpy(windows->runs.last[from + b][i], NO_TURN, sizeof NO_TURN);
+            for (int i = 0; i < LANES && windows->strain != NULL; i++)
+                relaxation_put(windows->runs.relaxation, (from + b) * LANES + i, NO_STRAIN);
+            b = cut_windows_next(windows, kind, b);
+        }
     }
 }
 
@@ -183,6 +189,91 @@ static void put_lane(CutWindows *windows, int element, int lane, const Turns *tu
                sizeof NO_TURN);
     if (turns->moved && windows->strain != NULL)
         relaxation_put(windows->runs.relaxation, lane, windows->strain[element - turns->base]);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Batches that a range takes
+
+// A range that is being filled with batches of a kind.
+typedef struct Filling {
+    CutWindows *windows;
+    BatchRange *range;
+    int kind, number; // of the range: windows first, then what groups pool, then what they mix
+    int last;         // batch, as the pool numbers it
+} Filling;
+
+// Begins an empty range: `first` is where its batches are, unless they come from the pool.
+static Filling fill_begin(CutWindows *windows, BatchRange *range, int kind, int number, int first)
+{
+    range->used[kind] = 0;
+    range->first[kind] = first;
+    return (Filling){windows, range, kind, number, -1};
+}
+
+// Gives the batches of a range back to the pool.
+static void give_back(BatchPool *pool, BatchRange *range)
+{
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        const int from = kind == BATCH_PLAIN ? 0 : pool->end[0];
+        for (int k = 0, b = from + range->first[kind]; k < range->used[kind]; k++) {
+            pool->place[b] = 0;
+            bits_add(pool->free, b);
+            b = pool->next[b];
+        }
+        range->used[kind] = 0;
+    }
+}
+
+// Gives back what a group packs again.
+static void give_group_back(CutWindows *windows, int group)
+{
+    const WindowGroup *own = &windows->group[group];
+    for (int w = own->first; w < own->end; w++)
+        if (windows->is_changed[w])
+            give_back(windows->pool, &windows->full[w]);
+    give_back(windows->pool, &windows->pooled[group]);
+    give_back(windows->pool, &windows->mixed[group]);
+}
+
+// Returns the lowest free batch in [begin, end).
+static int take_free(BatchPool *pool, int begin, int end)
+{
+    int word = begin / 64;
+    uint64_t left = pool->free[word] & (~UINT64_C(0) << begin % 64);
+    while (left == 0 && 64 * (word + 1) < end)
+        left = pool->free[++word];
+    const int batch = left == 0 ? end : bits_take(&left, word);
+    ASSERT(batch < end); // the lattice has at most as many leaves as the pool is for
+    bits_remove(pool->free, batch);
+    return batch;
+}
+
+// Returns the next batch of a range: while a state is restored, the one that it had.
+static int fill_next(Filling *fill)
+{
+    BatchRange *range = fill->range;
+    BatchPool *pool = fill->windows->pool;
+    const int kind = fill->kind, place = range->used[kind]++;
+    if (pool == NULL)
+        return range->first[kind] + place;
+    int *held = &pool->held[BATCH_KINDS * fill->number + kind], batch = *held;
+    if (batch >= 0) {
+        *held = pool->next[batch];
+    } else {
+        const bool mixes =
+            fill->number >= fill->windows->lattice->window_count + fill->windows->group_count;
+        batch = kind == BATCH_PLAIN ? take_free(pool, 0, pool->end[0])
+                : mixes             ? take_free(pool, pool->end[1], pool->end[2])
+                                    : take_free(pool, pool->end[0], pool->end[1]);
+    }
+    const int from = kind == BATCH_PLAIN ? 0 : pool->end[0];
+    pool->place[batch] = 1 + POOL_PLACES * fill->number + place;
+    if (place == 0)
+        range->first[kind] = batch - from;
+    else
+        pool->next[fill->last] = batch;
+    fill->last = batch;
+    return batch - from;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -326,16 +417,17 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
         const uint64_t *key = leaves->key[kind];
         const int count = leaves->count[kind];
         // Windows fill their range from below and above in turn, so that runs join.
-        range->used[kind] = count_full(key, count);
-        range->first[kind] = high ? range->high[kind] - range->used[kind] : range->low[kind];
-        int batch = range->first[kind], left = 0;
+        Filling fill =
+            fill_begin(windows, range, kind, window,
+                       high ? range->high[kind] - count_full(key, count) : range->low[kind]);
+        int left = 0;
         // Full batches of one key; the group gets the rest.
         for (int k = 0; k < count;) {
             if (fills(key, count, k)) {
                 if (kind == BATCH_PLAIN)
-                    pack_plain(windows, batch++, key + k, LANES, turns);
+                    pack_plain(windows, fill_next(&fill), key + k, LANES, turns);
                 else
-                    pack_hanging(windows, batch++, key + k, LANES, turns);
+                    pack_hanging(windows, fill_next(&fill), key + k, LANES, turns);
                 k += LANES;
             } else {
                 rest[left++] = key[k++];
@@ -356,21 +448,25 @@ static int list_rest(const CutWindows *windows, int group, int kind, uint64_t ke
     return count;
 }
 
+static int mixed_number(const CutWindows *windows, int group)
+{
+    return windows->lattice->window_count + windows->group_count + group;
+}
+
 // Packs the rest of plain leaves: one class per batch.
 static void pack_plain_rest(CutWindows *windows, int group, const Turns *turns)
 {
     BatchRange *range = &windows->mixed[group];
     uint64_t key[GROUP_ELEMENTS + 1];
     const int count = list_rest(windows, group, BATCH_PLAIN, key);
-    int batch = range->low[BATCH_PLAIN];
+    Filling fill = fill_begin(windows, range, BATCH_PLAIN, mixed_number(windows, group),
+                              range->low[BATCH_PLAIN]);
     for (int k = 0, end; k < count; k = end) {
         // As many of one class as fit.
         for (end = k + 1; end < count && end < k + LANES && key[end] >> 32 == key[k] >> 32;)
             end++;
-        pack_plain(windows, batch++, key + k, end - k, turns);
+        pack_plain(windows, fill_next(&fill), key + k, end - k, turns);
     }
-    range->first[BATCH_PLAIN] = range->low[BATCH_PLAIN];
-    range->used[BATCH_PLAIN] = batch - range->low[BATCH_PLAIN];
 }
 
 static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns)
@@ -378,24 +474,24 @@ static void pack_hanging_rest(CutWindows *windows, int group, const Turns *turns
     BatchRange *pooled = &windows->pooled[group], *mixed = &windows->mixed[group];
     uint64_t key[GROUP_ELEMENTS + 1];
     const int count = list_rest(windows, group, BATCH_HANGING, key);
-    int batch = pooled->low[BATCH_HANGING], left = 0;
+    Filling fill = fill_begin(windows, pooled, BATCH_HANGING,
+                              windows->lattice->window_count + group, pooled->low[BATCH_HANGING]);
+    int left = 0;
     // Batches that several windows fill together.
     for (int k = 0; k < count;) {
         if (fills(key, count, k)) {
-            pack_hanging(windows, batch++, key + k, LANES, turns);
+            pack_hanging(windows, fill_next(&fill), key + k, LANES, turns);
             k += LANES;
         } else {
             key[left++] = key[k++];
         }
     }
-    pooled->first[BATCH_HANGING] = pooled->low[BATCH_HANGING];
-    pooled->used[BATCH_HANGING] = batch - pooled->low[BATCH_HANGING];
     // What is left mixes shapes.
-    batch = mixed->low[BATCH_HANGING];
+    fill = fill_begin(windows, mixed, BATCH_HANGING, mixed_number(windows, group),
+                      mixed->low[BATCH_HANGING]);
     for (int k = 0; k < left; k += LANES)
-        pack_hanging(windows, batch++, key + k, left - k < LANES ? left - k : LANES, turns);
-    mixed->first[BATCH_HANGING] = mixed->low[BATCH_HANGING];
-    mixed->used[BATCH_HANGING] = batch - mixed->low[BATCH_HANGING];
+        pack_hanging(windows, fill_next(&fill), key + k, left - k < LANES ? left - k : LANES,
+                     turns);
 }
 
 // Stores what all leaves remember that may move to another lane.
@@ -433,15 +529,18 @@ void cut_pack(CutWindows *windows, int group, bool moved)
             list_leaves(windows, &lattice->window[w], &leaves[w - own->first]);
     if (moved) {
         take_turns(windows, own, leaves, &turns);
+        for (int w = own->first; w < own->end; w++)
+            if (windows->is_changed[w])
+                clear_turns(windows, &windows->full[w]);
         clear_turns(windows, &windows->pooled[group]);
         clear_turns(windows, &windows->mixed[group]);
     }
+    if (windows->pool != NULL)
+        give_group_back(windows, group);
     // Pack the windows, then what they leave to the group.
     for (int w = own->first; w < own->end; w++) {
         if (!windows->is_changed[w])
             continue;
-        if (moved)
-            clear_turns(windows, &windows->full[w]);
         for (int e = lattice->window[w].first; e < lattice->window[w].end; e++)
             windows->lane[e] = -1;
         pack_window(windows, w, &leaves[w - own->first], &turns);

@@ -40,6 +40,7 @@ typedef struct CutScratch {
     int old[NODE_COUNT];           // vertices of the element that is being divided
     // Of a body that adapts.
     CutFreeRows free;
+    int left_larger;          // leaves above level 0 that are none any more, in this change
     unsigned char *is_wanted; // [element] in `wanted`
     bool *is_ended;           // [vertex] in changes.ended
 } CutScratch;
@@ -96,6 +97,14 @@ static inline void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
 static inline int cut_parts_room(const CutLattice *lattice)
 {
     return lattice->vertex_capacity - cut_lattice_used(lattice) + lattice->scratch->free.count;
+}
+
+// True if this many leaves may come, of level 0 or larger ones.
+static inline bool cut_parts_allow(const CutLattice *lattice, int level, int count)
+{
+    const int cells = lattice->leaf_at_level[0], larger = lattice->leaf_count - cells;
+    return level == 0 ? count <= lattice->most_cells - cells
+                      : count <= lattice->most_larger - larger - lattice->scratch->left_larger;
 }
 
 void cut_parts_list_element(CutLattice *lattice, int element);

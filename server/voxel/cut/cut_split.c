@@ -251,6 +251,9 @@ enum { MOST_BIRTHS = 8 * CUT_POINTS };
 static bool fits(CutLattice *lattice, int element)
 {
     const int room = cut_parts_room(lattice);
+    const CutElement *parent = &lattice->element[element];
+    if (!cut_parts_allow(lattice, parent->level - 1, __builtin_popcount(parent->children)))
+        return false;
     if (room >= MOST_BIRTHS)
         return true;
     int births = 0, offset[3], point[3], leaf[8];
@@ -342,6 +345,7 @@ static void divide(CutLattice *lattice, int element)
     lattice->leaf_count += children - 1;
     lattice->leaf_at_level[level]--;
     lattice->leaf_at_level[level - 1] += children;
+    lattice->scratch->left_larger++;
     if (lattice->adapts)
         lattice->asked[element] = 0;
     // Children start with the nodes that they share with their parent.

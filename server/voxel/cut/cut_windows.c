@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "voxel/cut/cut_windows.h"
 
+#include "base/bits.h"
+
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
@@ -89,6 +91,56 @@ static void create_plain(CutWindows *windows, const char *name, Arena *arena)
     windows->runs.plain = (PlainBatches){count, windows->plain_vertex[0][0], windows->plain_class};
 }
 
+// Returns the most plain batches for this many leaves: full ones, and what each material leaves
+// over in each group.
+static int most_plain(const CutWindows *windows, int leaves)
+{
+    const CutLattice *lattice = windows->lattice;
+    int batches = leaves / LANES;
+    for (int g = 0; g < windows->group_count; g++) {
+        const WindowGroup *own = &windows->group[g];
+        bool has[256] = {false};
+        for (int e = lattice->window[own->first].first; e < lattice->window[own->end - 1].end; e++)
+            has[lattice->element[e].material] = true;
+        for (int m = 0; m < 256; m++)
+            batches += has[m] * (windows->stiff != NULL ? 2 : 1);
+    }
+    return batches;
+}
+
+static int count_groups_above(const CutWindows *windows)
+{
+    int count = 0;
+    for (int g = 0; g < windows->group_count; g++)
+        count += windows->lattice->window[windows->group[g].first].level > 0;
+    return count;
+}
+
+// Creates a pool in which all leaves that the lattice allows find room, those that a change has
+// taken away included, whose batches are given back after those of others are taken.
+static void create_pool(CutWindows *windows, const char *name, Arena *arena, StateList *state)
+{
+    const CutLattice *lattice = windows->lattice;
+    const int larger = lattice->most_larger,
+              ranges = lattice->window_count + 2 * windows->group_count;
+    windows->full = ALLOCATE(ARENA_STEP, lattice->window_count, BatchRange, "windows");
+    windows->pooled = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "pooled windows");
+    windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
+    BatchPool *pool = ALLOCATE(ARENA_TOPOLOGY, 1, BatchPool, "pool of batches");
+    windows->pool = pool;
+    pool->end[0] = most_plain(windows, lattice->most_cells + larger);
+    pool->end[1] = pool->end[0] + batches_for(larger);
+    pool->end[2] = pool->end[1] + batches_for(larger) + count_groups_above(windows);
+    windows->capacity[BATCH_PLAIN] = pool->end[0];
+    windows->capacity[BATCH_HANGING] = pool->end[2] - pool->end[0];
+    const int all = pool->end[2];
+    pool->free = ALLOCATE(ARENA_TOPOLOGY, bits_words(all), uint64_t, "free batches");
+    pool->next = ALLOCATE(ARENA_TOPOLOGY, all, int, "next batches");
+    pool->place = ALLOCATE(ARENA_TOPOLOGY, all, int, "places of batches");
+    pool->held = ALLOCATE(ARENA_TOPOLOGY, BATCH_KINDS * ranges, int, "batches before");
+    state_add(state, pool->place, (size_t)all * sizeof *pool->place, "%s/batch_places", name);
+}
+
 // Initializes a table with the numbers of a plain cube, as cut_pack.c expects.
 static void *begin_table(const CutWindows *windows, int batch, int stride, void *number)
 {
@@ -116,7 +168,14 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
         void *number =
             pass == 0 ? NULL
                       : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
-        for (int g = 0, batch = 0; g < windows->group_count; g++) {
+        for (int b = 0; windows->pool != NULL && b < count; b++) {
+            const int stride = b < windows->pool->end[1] - windows->pool->end[0] ? 1 : LANES;
+            if (pass == 0)
+                numbers += (size_t)TEMPLATE_NUMBERS * (size_t)stride;
+            else
+                number = begin_table(windows, b, stride, number);
+        }
+        for (int g = 0, batch = 0; windows->pool == NULL && g < windows->group_count; g++) {
             // Mixed batches have numbers for each lane.
             const int mixed = windows->mixed[g].low[BATCH_HANGING];
             const int end = g + 1 < windows->group_count
@@ -167,7 +226,14 @@ static void create_hanging(CutWindows *windows, const char *name, Arena *arena)
 
 static void add_range(CutWindows *windows, int kind, const BatchRange *range)
 {
-    batch_runs_add(&windows->runs, kind, (BatchRun){range->first[kind], range->used[kind]});
+    if (windows->pool == NULL) {
+        batch_runs_add(&windows->runs, kind, (BatchRun){range->first[kind], range->used[kind]});
+        return;
+    }
+    for (int k = 0, batch = range->first[kind]; k < range->used[kind]; k++) {
+        batch_runs_add(&windows->runs, kind, (BatchRun){batch, 1});
+        batch = cut_windows_next(windows, kind, batch);
+    }
 }
 
 static void list_runs(CutWindows *windows)
@@ -184,12 +250,62 @@ static void list_runs(CutWindows *windows)
     }
 }
 
+// Finds the batches that ranges had, in their order, from the state. What the state does not say,
+// or says twice, is as if it were free.
+static void find_held(CutWindows *windows)
+{
+    BatchPool *pool = windows->pool;
+    const int windows_and_groups = windows->lattice->window_count + 2 * windows->group_count;
+    memset(pool->held, -1, (size_t)(BATCH_KINDS * windows_and_groups) * sizeof *pool->held);
+    memset(pool->free, 0, (size_t)bits_words(pool->end[2]) * sizeof *pool->free);
+    for (int w = 0; w < windows->lattice->window_count; w++)
+        memset(windows->full[w].used, 0, sizeof windows->full[w].used);
+    for (int g = 0; g < windows->group_count; g++) {
+        memset(windows->pooled[g].used, 0, sizeof windows->pooled[g].used);
+        memset(windows->mixed[g].used, 0, sizeof windows->mixed[g].used);
+    }
+    // Lists in descending order of places: insertion is short, since lists are.
+    for (int b = 0; b < pool->end[2]; b++) {
+        const int place = pool->place[b] - 1, range = place / POOL_PLACES;
+        const bool mixes = range >= windows_and_groups - windows->group_count;
+        if (place < 0 || range >= windows_and_groups ||
+            (b >= pool->end[0] && mixes != (b >= pool->end[1]))) {
+            pool->place[b] = 0;
+            bits_add(pool->free, b);
+            continue;
+        }
+        int *at = &pool->held[BATCH_KINDS * range + (b >= pool->end[0])];
+        while (*at >= 0 && pool->place[*at] < pool->place[b])
+            at = &pool->next[*at];
+        pool->next[b] = *at;
+        *at = b;
+    }
+}
+
+// Frees those that were not taken again.
+static void free_held(CutWindows *windows)
+{
+    BatchPool *pool = windows->pool;
+    const int ranges = windows->lattice->window_count + 2 * windows->group_count;
+    for (int r = 0; r < BATCH_KINDS * ranges; r++) {
+        for (int b = pool->held[r]; b >= 0; b = pool->next[b]) {
+            pool->place[b] = 0;
+            bits_add(pool->free, b);
+        }
+        pool->held[r] = -1;
+    }
+}
+
 static void pack_all(CutWindows *windows)
 {
     const size_t count = (size_t)windows->lattice->window_count;
     memset(windows->is_changed, 1, count * sizeof *windows->is_changed);
+    if (windows->pool != NULL)
+        find_held(windows);
     for (int g = 0; g < windows->group_count; g++)
         cut_pack(windows, g, false);
+    if (windows->pool != NULL)
+        free_held(windows);
     memset(windows->is_changed, 0, count * sizeof *windows->is_changed);
     list_runs(windows);
 }
@@ -236,14 +352,18 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
                             .material_count = options->material_count,
                             .stiff = options->stiff};
     create_groups(windows, name, arena);
-    create_ranges(windows, name, arena);
+    if (options->lattice->adapts)
+        create_pool(windows, name, arena, state);
+    else
+        create_ranges(windows, name, arena);
     create_plain(windows, name, arena);
     create_hanging(windows, name, arena);
     create_scratch(windows, name, arena);
     windows->runs.kernels = options->kernels;
     windows->runs.tables = windows->tables;
     create_classes(windows, options, arena);
-    const int runs = BATCH_KINDS * (windows->lattice->window_count + 2 * windows->group_count);
+    const int ranges = windows->lattice->window_count + 2 * windows->group_count;
+    const int runs = windows->pool != NULL ? windows->pool->end[2] : BATCH_KINDS * ranges;
     batch_runs_create(&windows->runs, runs, name, arena, state);
     if (options->branch_count > 0) {
         batch_runs_relax(&windows->runs, options->branch_count, options->branch,
@@ -302,9 +422,11 @@ static bool any_high(const CutWindows *windows, const BatchRange *range, const u
 {
     unsigned any = 0;
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
-        const int first = range->first[kind] + (kind == BATCH_PLAIN ? 0 : windows->capacity[0]);
-        for (int b = 0; b < range->used[kind]; b++)
-            any |= high[first + b];
+        const int from = kind == BATCH_PLAIN ? 0 : windows->capacity[0];
+        for (int k = 0, b = range->first[kind]; k < range->used[kind]; k++) {
+            any |= high[from + b];
+            b = cut_windows_next(windows, kind, b);
+        }
     }
     return any != 0;
 }

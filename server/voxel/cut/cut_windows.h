@@ -9,6 +9,10 @@
 // of their vertices. So only what changed is packed, and the result equals that of packing
 // everything: it does not depend on the history.
 //
+// A body that adapts has few leaves at a time: its windows and groups take batches from a pool that
+// is large enough for as many leaves as the lattice allows. Which ones they have is part of the
+// state; the order in which batches are evaluated is that of the windows all the same.
+//
 // Step thread, except cut_windows_create; does not allocate after that.
 #ifndef PLIANT_VOXEL_CUT_CUT_WINDOWS_H
 #define PLIANT_VOXEL_CUT_CUT_WINDOWS_H
@@ -33,11 +37,22 @@ typedef struct WindowOptions {
     const MaxwellBranch *branch; // [branch_count]
 } WindowOptions;
 
-// Batches [low, high) that belong to a window or a group, and those in use.
+// Batches [low, high) that belong to a window or a group, and those in use. In a body that adapts
+// none belong to it; those in use are a list (BatchPool).
 typedef struct BatchRange {
     int low[BATCH_KINDS], high[BATCH_KINDS]; // constant
     int first[BATCH_KINDS], used[BATCH_KINDS];
 } BatchRange;
+
+// Batches that windows and groups share, numbered as in CutWindows.lane.
+typedef struct BatchPool {
+    uint64_t *free; // a bit each
+    int *next;      // [batch] the next one of its range
+    int *place;     // [batch] state: 1 + POOL_PLACES * its range + its place there; 0: free
+    int *held;      // [range][kind] first batch while a state is restored; -1: none
+    int end[3];     // of plain batches, of full ones of one mask, and of mixed ones
+} BatchPool;
+enum { POOL_PLACES = 1024 }; // more than the batches of a range
 
 typedef struct WindowGroup {
     int first, end; // windows, of one level
@@ -60,6 +75,7 @@ typedef struct CutWindows {
     BatchRange *full;   // [window]
     BatchRange *pooled; // [group] full batches of one mask, from the rest of its windows
     BatchRange *mixed;  // [group] of the remainder
+    BatchPool *pool;    // of a body that adapts; else NULL
 
     BatchRuns runs; // what the kernels evaluate; its rotations and dashpots are state
     double (*strain)[RELAXATION_NUMBERS]; // [GROUP_ELEMENTS] scratch; NULL: nothing relaxes
@@ -124,5 +140,12 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
 // `last` stays. Pack groups with finer elements first, so that leaves still find the rotation of
 // the element from which they were divided; after merges those with coarser ones.
 void cut_pack(CutWindows *windows, int group, bool turns);
+
+// Returns the batch after one of a range of this kind.
+static inline int cut_windows_next(const CutWindows *windows, int kind, int batch)
+{
+    const int first = kind == BATCH_PLAIN ? 0 : windows->capacity[0];
+    return windows->pool == NULL ? batch + 1 : windows->pool->next[first + batch] - first;
+}
 
 #endif
