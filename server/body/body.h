@@ -121,12 +121,19 @@ typedef enum BodyParameter {
     BODY_ADAPT_LEVEL, // finest level allowed, of the time budget; may exceed the levels of the
                       // body. Solids: by how many levels tools make elements finer than the
                       // coarsest
+    BODY_ADAPT_ERROR,    // relative error to which detail is steered; not for other bodies
+    BODY_ADAPT_FINENESS, // by how much that changes it: divides the thresholds; solids: multiplies
+                         // how far around tools elements are fine. Both factors act
 } BodyParameter;
 
 // Ranges of what a scene gives and SET changes, as both print them; bounds included.
 #define FRICTION_RANGE 0, 10
 #define PRESSURE_RANGE -1e6, 1e6
 #define ADAPT_RANGE    0, 1e+09
+#define ERROR_RANGE    0.0001, 1
+// Factors between which the detail of a solid and of a wall is steered, in steps of FINENESS_STEP
+// (sim/error.c).
+#define FINENESS_STEP 1.1
 
 typedef struct Body Body;
 typedef struct BodyLook BodyLook; // body/look.h
@@ -414,6 +421,8 @@ typedef struct BodyOptions {
     bool without_contacts; // nothing can touch or attach to it: no arrays for such forces
     bool without_loads;    // no loads can act on it: no array for external forces
     bool estimate_error;   // BodyOps.estimate may be called: reserves what it needs
+    double adapt_error;    // relative error to which a body that adapts steers its detail, with
+                           // estimate_error; the round under way is then part of its state. 0: none
     const char *isa;       // "auto" or a name of isa.h
     Team *team;            // shares the work of large bodies; NULL: one thread; outlives the body
 } BodyOptions;

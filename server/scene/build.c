@@ -26,7 +26,8 @@ void build_complete(BodyOptions *body, const World *world, const Scene *scene,
     body->team = world->team;
     body->without_contacts = scene->tool_count == 0 && scene->attachment_count == 0 &&
                              scene->sim.max_ties == 0 && scene->touch_count == 0;
-    body->estimate_error = scene->publish.error_hz > 0.0 && options->publishes;
+    body->estimate_error =
+        (scene->publish.error_hz > 0.0 && options->publishes) || body->adapt_error > 0.0;
     body->without_loads = scene->load_count == 0 && !options->may_load;
     for (int t = 0; t < scene->tool_count; t++)
         body->removable |= scene->tool[t].kind == TOOL_REMOVER;

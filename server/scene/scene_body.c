@@ -56,8 +56,10 @@ static const Option BODY_OPTIONS[] = {
               "membrane, `choi2005` by the paper's eqs 6 to 9, which a `cuttable` body with levels "
               "cannot use. No effect with `levels = 0`."},
     {"adapt", OPTION_GROUP, AT(adapt), "", .preset_text = "stays at start_level",
-     .only = SURFACE_ONLY, .feature = {.name = "refinement at run time"},
-     .about = "Surface: when faces are refined and coarsened."},
+     .feature = {.name = "refinement at run time", .only = SURFACE_ONLY},
+     .about =
+         "Surface: when faces are refined and coarsened. Voxel, with `levels.surface`: how far "
+         "around tools elements are fine."},
     {"law", OPTION_WORD, AT(body.voxel.law), "", .words = LAW_WORDS, .preset = VOXEL_AFFINE,
      .only = VOXEL_ONLY, .physics = true,
      .about = "Voxel: law of the elements: `affine` is exact for uniform strain at every level, "

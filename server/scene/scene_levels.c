@@ -49,6 +49,34 @@ const OptionTable FINE_TABLE =
     OPTION_TABLE("bodies.levels.fine",
                  "Where the elements of a body that adapts stay single cells.", FINE_OPTIONS);
 
+#define AT(member) offsetof(SceneBody, member)
+static const Option VOXEL_ADAPT_OPTIONS[] = {
+    {"error", OPTION_REAL, AT(voxel.body.adapt_error), "", ERROR_RANGE, .required = true,
+     .physics = true, .live = "adapt_error", .feature = {.name = "detail steered by its error"},
+     .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
+              "to which the body steers how far around tools its elements are fine: 0.68 to 2.6 "
+              "times the usual distance, slowly, until the error that the body estimates of "
+              "itself is between a half of this and this."},
+};
+#undef AT
+const OptionTable VOXEL_ADAPT_TABLE =
+    TITLED_TABLE("`bodies.adapt` of a voxel body", "bodies.adapt",
+                 "How fine a body with `levels.surface` is around tools. Without it the distance "
+                 "is a fixed one.",
+                 VOXEL_ADAPT_OPTIONS);
+
+static bool read_adapt(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)
+{
+    if (raw->adapt == NULL)
+        return true;
+    if (body->model == MODEL_PLANE)
+        return option_fail(&reader->source, raw->adapt, "adapt means nothing for a plane body");
+    if (body->voxel.surface_level == 0)
+        return option_fail(&reader->source, raw->adapt,
+                           "adapt of a voxel body needs levels.surface, 1 or more");
+    return option_read(&VOXEL_ADAPT_TABLE, raw->adapt, &reader->source, body);
+}
+
 static bool read_fine(const SceneReader *reader, const config_setting_t *list, SceneBody *body)
 {
     const int count = option_length(list);
@@ -106,9 +134,10 @@ bool scene_read_levels(const SceneReader *reader, const BodyGroup *raw, SceneBod
         // One number, whose range is that of both models.
         if (at == NULL)
             voxel->body.levels = LEVELS_USUAL;
-        return voxel->body.levels <= VOXEL_LEVELS_MAX ||
-               option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
-                           voxel->body.levels, VOXEL_LEVELS_MAX);
+        return (voxel->body.levels <= VOXEL_LEVELS_MAX ||
+                option_fail(&reader->source, at, "levels %d outside [0, %d] of a voxel body",
+                            voxel->body.levels, VOXEL_LEVELS_MAX)) &&
+               read_adapt(reader, raw, body);
     }
     if (body->model == MODEL_PLANE)
         return option_fail(&reader->source, at, "levels of a plane body must be a whole number");
@@ -118,5 +147,5 @@ bool scene_read_levels(const SceneReader *reader, const BodyGroup *raw, SceneBod
     voxel->body.levels = levels.body.voxel.body.levels;
     voxel->surface_level = levels.body.voxel.surface_level;
     return (voxel->surface_level == 0 || check_adapting(reader, raw, at, body)) &&
-           read_fine(reader, levels.fine, body);
+           read_fine(reader, levels.fine, body) && read_adapt(reader, raw, body);
 }

@@ -48,7 +48,7 @@ extern const OptionTable BODY_TABLE, TEAR_TABLE, CONTACT_TABLE, FIXED_TABLE, WEI
     PLACEMENT_TABLE;
 extern const OptionTable MESH_TABLE, MATERIAL_TABLE, STIFFENING_TABLE, SHAPE_TABLE, CAVITY_TABLE,
     ADAPT_TABLE;
-extern const OptionTable VOXELS_TABLE, LEVELS_TABLE, FINE_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE,
+extern const OptionTable VOXELS_TABLE, LEVELS_TABLE, FINE_TABLE, VOXEL_ADAPT_TABLE, VOXEL_MATERIAL_TABLE, BRANCH_TABLE,
     LABEL_MATERIAL_TABLE, SKIN_TABLE, LOOK_TABLE;
 extern const OptionTable TOOL_TABLE, CAPSULE_TABLE, PLANE_TABLE;
 extern const OptionTable LOAD_TABLE, ATTACHMENT_TABLE, TOUCH_TABLE;
@@ -63,11 +63,11 @@ typedef struct KeyGroup {
 } KeyGroup;
 
 // The groups of a body, without its sources and lists; returns their number.
-enum { KEY_GROUPS = 8 };
+enum { KEY_GROUPS = 9 };
 int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS]);
 
 // The tables in the order of the reference.
-enum { SCENE_TABLE_COUNT = 31 };
+enum { SCENE_TABLE_COUNT = 32 };
 const OptionTable *scene_table(int index);
 
 typedef struct SceneReader {
@@ -81,8 +81,8 @@ typedef struct BodyGroup {
     SceneBody body; // first: offsets of rows are the same in a SceneBody
     const config_setting_t *at;
     const char *name, *initial;
-    const config_setting_t *material, *contact, *fixed, *tear, *look;
-    const config_setting_t *mesh, *adapt, *shape, *cavity;       // of a surface body
+    const config_setting_t *material, *contact, *fixed, *tear, *look, *adapt;
+    const config_setting_t *mesh, *shape, *cavity;               // of a surface body
     const config_setting_t *voxels, *materials, *skin, *weights; // of a voxel body
 } BodyGroup;
 
@@ -124,7 +124,8 @@ bool scene_read_body(const SceneReader *reader, const config_setting_t *group, S
 bool scene_read_surface(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_voxel(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_fixed(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
-// Reads `levels` of a body of cells, a number or a group; after everything else of the body.
+// Reads `levels` of a body of cells, a number or a group, and `adapt`; after everything else of the
+// body.
 bool scene_read_levels(const SceneReader *reader, const BodyGroup *raw, SceneBody *body);
 bool scene_read_weights(const SceneReader *reader, const config_setting_t *list, SceneBody *body);
 bool scene_read_mesh(const SceneReader *reader, const config_setting_t *group, MeshSource *mesh);

@@ -394,6 +394,12 @@ static const Option ADAPT_OPTIONS[] = {
     {"coarsest", OPTION_INT, AT(coarsest), "", 0.0, LEVELS_MAX, .physics = true,
      .about = "Level below which no faces are merged, where level 0 is too coarse for the whole "
               "body's shape; `start_level` is then at least this."},
+    {"error", OPTION_REAL, AT(error), "", ERROR_RANGE, .preset = 0.0, .preset_text = "not steered",
+     .physics = true, .live = "adapt_error", .feature = {.name = "detail steered by its error"},
+     .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
+              "to which the body steers its detail: the thresholds of the other keys are "
+              "multiplied by 1/16 to 16, slowly, until the error that the body estimates of "
+              "itself is between a half of this and this."},
 };
 #undef AT
 const OptionTable ADAPT_TABLE =
@@ -419,6 +425,7 @@ static bool read_levels(const SceneReader *reader, const BodyGroup *raw, Surface
                            "adapt needs levels, the finest level of detail: set it to 1 or more");
     if (!option_read(&ADAPT_TABLE, raw->adapt, source, &surface->adapt))
         return false;
+    surface->body.adapt_error = surface->adapt.error;
     if (surface->adapt.coarsest > surface->body.levels)
         return option_fail(source, option_find(raw->adapt, "coarsest"),
                            "coarsest %d exceeds levels %d", surface->adapt.coarsest,

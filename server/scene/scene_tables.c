@@ -10,14 +10,14 @@
 const OptionTable *scene_table(int index)
 {
     static const OptionTable *const TABLES[SCENE_TABLE_COUNT] = {
-        &SCENE_TABLE,      &PUBLISH_TABLE,        &CAPACITY_TABLE,       &BODY_TABLE,
-        &MESH_TABLE,       &PLACEMENT_TABLE,      &MATERIAL_TABLE,       &SHAPE_TABLE,
-        &CAVITY_TABLE,     &ADAPT_TABLE,          &VOXELS_TABLE,         &LEVELS_TABLE,
-        &FINE_TABLE,       &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE, &BRANCH_TABLE,
-        &STIFFENING_TABLE, &SKIN_TABLE,           &LOOK_TABLE,           &TEAR_TABLE,
-        &CONTACT_TABLE,    &FIXED_TABLE,          &WEIGHT_TABLE,         &TOOL_TABLE,
-        &CAPSULE_TABLE,    &PLANE_TABLE,          &ATTACHMENT_TABLE,     &TOUCH_TABLE,
-        &LOAD_TABLE,       &SCORE_TABLE,          &SCORE_REGION_TABLE,
+        &SCENE_TABLE,  &PUBLISH_TABLE,     &CAPACITY_TABLE,       &BODY_TABLE,
+        &MESH_TABLE,   &PLACEMENT_TABLE,   &MATERIAL_TABLE,       &SHAPE_TABLE,
+        &CAVITY_TABLE, &ADAPT_TABLE,       &VOXELS_TABLE,         &LEVELS_TABLE,
+        &FINE_TABLE,   &VOXEL_ADAPT_TABLE, &VOXEL_MATERIAL_TABLE, &LABEL_MATERIAL_TABLE,
+        &BRANCH_TABLE, &STIFFENING_TABLE,  &SKIN_TABLE,           &LOOK_TABLE,
+        &TEAR_TABLE,   &CONTACT_TABLE,     &FIXED_TABLE,          &WEIGHT_TABLE,
+        &TOOL_TABLE,   &CAPSULE_TABLE,     &PLANE_TABLE,          &ATTACHMENT_TABLE,
+        &TOUCH_TABLE,  &LOAD_TABLE,        &SCORE_TABLE,          &SCORE_REGION_TABLE,
     };
     ASSERT(index >= 0 && index < SCENE_TABLE_COUNT);
     return TABLES[index];
@@ -37,6 +37,8 @@ int scene_list_groups(const SceneBody *body, KeyGroup group[KEY_GROUPS])
         group[count++] = (KeyGroup){&VOXEL_MATERIAL_TABLE, body, sizeof *body, false};
         group[count++] =
             (KeyGroup){&LEVELS_TABLE, body, sizeof *body, body->voxel.surface_level == 0};
+        group[count++] =
+            (KeyGroup){&VOXEL_ADAPT_TABLE, body, sizeof *body, !(body->options.adapt_error > 0.0)};
     } else {
         group[count++] =
             (KeyGroup){&MATERIAL_TABLE, &surface->material, sizeof surface->material, false};

@@ -23,46 +23,104 @@ static const double LEAST = 1e-3;
 
 _Static_assert((int)ERROR_TOOLS >= (int)SIM_TOOLS, "a question has all tools of a scene");
 
-// What is known of one body.
+// A driven body gets finer by a step when its error is above the target, and coarser when it is
+// below this part of it: one step changes an error by far less, so that it comes to rest between.
+static const double LOW = 0.5;
+// A step has to lower the error by this part of it, or it is not worth its elements: what is left
+// is not due to detail. Then none is tried until the error has grown by so much.
+static const double WORTH = 0.02, GROWN = 1.25;
+// Rounds after a step before the error is looked at again, since elements follow in some ticks; and
+// below the target before a step is taken back: doubled each time that this was wrong, up to about
+// ten seconds.
+enum { SETTLE = 1, PATIENCE = 4, MOST_PATIENCE = 128 };
+static const double DRIVE_HZ = 20.0; // rounds, at most
+// Steps of FINENESS_STEP: factors of 0.68 to 2.6 for solids, 1/16 to 16 for walls.
+enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_MOST = 29 };
+
+// What is known of one body; plain data.
 typedef struct BodyRounds {
-    int rounds;                // completed
+    int64_t rounds;            // completed
     int64_t step;              // tick at whose end the last one began; -1: nothing is known
     double space;              // [m]
     double moved;              // rms displacement of the outer nodes [m]
     double share[ERROR_TOOLS]; // relative error of the force on a tool; -1: unknown
+    // --- of a driven body ---
+    int64_t fineness; // steps
+    int64_t settles;  // rounds left after a step
+    double before;    // error before the last step, if that went finer; else 0
+    double stuck;     // error that no more detail has lowered; 0: none
+    int64_t calm;     // rounds below in a row
+    int64_t patience; // so many before a step is taken back; 0: PATIENCE
+    int64_t returned; // rounds since one was taken back
 } BodyRounds;
 
-struct ErrorRounds {
-    int elements, springs; // per tick
-    int period;            // ticks between two rounds of one body
-    BodyRounds *body;
-
-    // --- the round under way ---
-    int at;          // its body; body_count: all have had theirs
-    int64_t cycle;   // tick at which the first body's turn came, plus 1; 0: never
-    int cycles;      // in which all bodies have had theirs
-    int64_t since;   // tick at whose end it began; -1: none is under way
-    bool is_of_past; // the state was restored since
-    int tool_count;
+// The round under way; plain data.
+typedef struct Round {
+    int64_t at;         // its body; body_count: all have had theirs
+    int64_t cycle;      // tick at which the first body's turn came, plus 1; 0: never
+    int64_t cycles;     // in which all bodies have had theirs
+    int64_t since;      // tick at whose end it began; -1: none is under way
+    int64_t is_of_past; // 1: the state was restored since
+    int64_t tool_count;
     int tool[ERROR_TOOLS]; // indices
     Vec3 place[ERROR_TOOLS];
     double size[ERROR_TOOLS];
     Vec3 force[ERROR_TOOLS];
     double depth[ERROR_TOOLS];
+} Round;
+
+struct ErrorRounds {
+    bool drives;           // those of the bodies that are driven, else of the others
+    int elements, springs; // per tick
+    int period;            // ticks between two rounds of one body
+    // Of the driven bodies part of the state, since the motion depends on them.
+    BodyRounds *body;
+    Round *now;
 };
 
-ErrorRounds *errors_create(int body_count, double tick, double hz, Arena *arena)
+// Rounds of driven bodies do not depend on what is published: others have their own.
+static bool is_driven(const Body *body)
 {
-    ErrorRounds *errors = arena_allocate(arena, ARENA_STEP, 1, sizeof *errors, "errors/rounds");
-    errors->body = arena_allocate(arena, ARENA_STEP, (size_t)body_count, sizeof *errors->body,
-                                  "errors/bodies");
-    errors->elements = (int)fmin(1e6, fmax(1.0, SHARE * tick / ELEMENT_TIME));
-    errors->springs = (int)fmin(1e6, fmax(1.0, SHARE * tick / SPRING_TIME));
-    errors->period = (int)fmin(1e6, fmax(1.0, 1.0 / hz / tick));
-    errors->since = -1;
-    errors->at = body_count;
-    errors_forget(errors, body_count);
+    double error;
+    return body->ops->get(body->model, BODY_ADAPT_ERROR, &error);
+}
+
+bool errors_drive(const Sim *sim)
+{
+    bool any = false;
+    for (int b = 0; b < sim->body_count; b++)
+        any |= is_driven(&sim->body[b]);
+    return any;
+}
+
+static ErrorRounds *create(Sim *sim, double hz, bool drives)
+{
+    const char *name = drives ? "drive" : "errors";
+    const int bodies = sim->body_count;
+    Arena *arena = sim->arena;
+    ErrorRounds *errors = ALLOCATE(ARENA_STEP, 1, ErrorRounds, "rounds");
+    errors->body = ALLOCATE(ARENA_STEP, bodies, BodyRounds, "bodies");
+    errors->now = ALLOCATE(ARENA_STEP, 1, Round, "round");
+    errors->drives = drives;
+    errors->elements = (int)fmin(1e6, fmax(1.0, SHARE * sim->tick / ELEMENT_TIME));
+    errors->springs = (int)fmin(1e6, fmax(1.0, SHARE * sim->tick / SPRING_TIME));
+    errors->period = (int)fmin(1e6, fmax(1.0, 1.0 / hz / sim->tick));
+    errors->now->since = -1;
+    errors->now->at = bodies;
+    errors_forget(errors, bodies);
+    if (drives) {
+        state_add(sim->state, errors->body, (size_t)bodies * sizeof *errors->body, "drive/bodies");
+        state_add(sim->state, errors->now, sizeof *errors->now, "drive/round");
+    }
     return errors;
+}
+
+void errors_create(Sim *sim)
+{
+    if (errors_drive(sim))
+        sim->drive = create(sim, DRIVE_HZ, true);
+    if (sim->options.error_hz > 0.0)
+        sim->errors = create(sim, sim->options.error_hz, false);
 }
 
 void errors_forget(ErrorRounds *errors, int body_count)
@@ -72,8 +130,27 @@ void errors_forget(ErrorRounds *errors, int body_count)
         for (int t = 0; t < ERROR_TOOLS; t++)
             errors->body[b].share[t] = -1.0;
     }
-    errors->is_of_past = errors->since >= 0;
-    errors->cycle = 0; // the clock may have gone back
+    errors->now->is_of_past = errors->now->since >= 0;
+    errors->now->cycle = 0; // the clock may have gone back
+}
+
+bool errors_check(const Sim *sim)
+{
+    if (sim->drive == NULL)
+        return true;
+    const Round *now = sim->drive->now;
+    bool sound = now->at >= 0 && now->at <= sim->body_count && now->cycle >= 0 &&
+                 now->cycles >= 0 && now->since >= -1 && now->tool_count >= 0 &&
+                 now->tool_count <= ERROR_TOOLS && (now->since < 0 || now->at < sim->body_count);
+    for (int i = 0; sound && i < now->tool_count; i++)
+        sound = now->tool[i] >= 0 && now->tool[i] < sim->tool_count;
+    for (int b = 0; sound && b < sim->body_count; b++) {
+        const BodyRounds *body = &sim->drive->body[b];
+        sound = body->fineness >= -WALL_MOST && body->fineness <= WALL_MOST && body->calm >= 0 &&
+                body->settles >= 0 && body->patience >= 0 && body->patience <= MOST_PATIENCE &&
+                body->returned >= 0;
+    }
+    return sound;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -117,7 +194,7 @@ static void find_touching(const Sim *sim, int b, Touching tool[SIM_TOOLS])
 }
 
 // Asks for the tools that touch the body now. A plane has no radius, and is not asked for.
-static void ask(ErrorRounds *errors, const Sim *sim, int b)
+static void ask(Round *now, const Sim *sim, int b)
 {
     Touching tool[SIM_TOOLS];
     find_touching(sim, b, tool);
@@ -126,46 +203,50 @@ static void ask(ErrorRounds *errors, const Sim *sim, int b)
         const double radius = radius_of(&sim->tool[t]);
         if (!(vec3_length(tool[t].force) > 0.0) || !(radius > 0.0))
             continue;
-        errors->tool[count] = t;
-        errors->place[count] = tool[t].place;
-        errors->size[count] = radius;
-        errors->force[count] = tool[t].force;
-        errors->depth[count++] = tool[t].depth;
+        now->tool[count] = t;
+        now->place[count] = tool[t].place;
+        now->size[count] = radius;
+        now->force[count] = tool[t].force;
+        now->depth[count++] = tool[t].depth;
     }
-    errors->tool_count = count;
+    now->tool_count = count;
 }
 
 // ---------------------------------------------------------------------------------------------
 // Rounds
 
-// Passes over bodies that have no rounds.
-static void skip(Sim *sim)
+static bool has_rounds(const Sim *sim, const ErrorRounds *errors, int b)
 {
-    ErrorRounds *errors = sim->errors;
-    while (errors->at < sim->body_count &&
-           (sim->body[errors->at].ops->estimate == NULL || guard_is_frozen(sim, errors->at)))
-        errors->at++;
-    errors->cycles += errors->at >= sim->body_count;
+    return sim->body[b].ops->estimate != NULL && !guard_is_frozen(sim, b) &&
+           is_driven(&sim->body[b]) == errors->drives;
+}
+
+// Passes over bodies that have no rounds.
+static void skip(const Sim *sim, ErrorRounds *errors)
+{
+    Round *now = errors->now;
+    while (now->at < sim->body_count && !has_rounds(sim, errors, (int)now->at))
+        now->at++;
+    now->cycles += now->at >= sim->body_count;
 }
 
 // Begins the next round, of the next body that has any; returns false if none is due.
-static bool begin(Sim *sim)
+static bool begin(const Sim *sim, ErrorRounds *errors)
 {
-    ErrorRounds *errors = sim->errors;
+    Round *now = errors->now;
     const int64_t step = sim->clock->step;
-    if (errors->at >= sim->body_count && errors->cycle > 0 &&
-        step < errors->cycle - 1 + errors->period)
+    if (now->at >= sim->body_count && now->cycle > 0 && step < now->cycle - 1 + errors->period)
         return false;
-    if (errors->at >= sim->body_count) {
-        errors->at = 0;
-        errors->cycle = step + 1;
+    if (now->at >= sim->body_count) {
+        now->at = 0;
+        now->cycle = step + 1;
     }
-    skip(sim);
-    if (errors->at >= sim->body_count)
+    skip(sim, errors);
+    if (now->at >= sim->body_count)
         return false;
-    ask(errors, sim, errors->at);
-    errors->since = step;
-    errors->is_of_past = false;
+    ask(now, sim, (int)now->at);
+    now->since = step;
+    now->is_of_past = false;
     return true;
 }
 
@@ -175,10 +256,10 @@ static bool is_figure(double value)
 }
 
 // Keeps the answer for the body; what is no figure is unknown, and counted.
-static void take(Sim *sim, const BodyError *found)
+static void take(Sim *sim, ErrorRounds *errors, const BodyError *found)
 {
-    ErrorRounds *errors = sim->errors;
-    BodyRounds *body = &errors->body[errors->at];
+    const Round *now = errors->now;
+    BodyRounds *body = &errors->body[now->at];
     for (int t = 0; t < ERROR_TOOLS; t++)
         body->share[t] = -1.0;
     body->step = -1;
@@ -187,49 +268,148 @@ static void take(Sim *sim, const BodyError *found)
         sim_figure(sim, (double)NAN);
         return;
     }
-    body->step = errors->since;
+    body->step = now->since;
     body->space = found->displacement;
     body->moved = found->relative > 0.0 ? found->displacement / found->relative : 0.0;
-    for (int i = 0; i < errors->tool_count; i++) {
+    for (int i = 0; i < now->tool_count; i++) {
         if (is_figure(found->force[i]))
-            body->share[errors->tool[i]] = found->force[i];
+            body->share[now->tool[i]] = found->force[i];
         else
             sim_figure(sim, (double)NAN);
     }
 }
 
-void errors_step(Sim *sim)
+// ---------------------------------------------------------------------------------------------
+// Driven bodies
+
+// Returns the error that a body is driven by: that of its displacements, or of the force on a tool
+// if that is larger; -1: it has not moved.
+static double driving_error(const Sim *sim, const ErrorRounds *errors)
 {
-    ErrorRounds *errors = sim->errors;
-    if (errors->since < 0 && !begin(sim))
+    const BodyRounds *at = &errors->body[errors->now->at];
+    const double edge = sim->body[errors->now->at].surface.longest_edge;
+    double error = at->moved > LEAST * edge ? at->space / at->moved : -1.0;
+    for (int t = 0; t < ERROR_TOOLS; t++)
+        error = fmax(error, at->share[t]);
+    return at->step < 0 ? -1.0 : error;
+}
+
+// Returns FINENESS_STEP to a power, the same on all machines.
+static double fineness_of(int64_t steps)
+{
+    double factor = 1.0;
+    for (int64_t k = 0; k < (steps < 0 ? -steps : steps); k++)
+        factor *= FINENESS_STEP;
+    return steps < 0 ? 1.0 / factor : factor;
+}
+
+static void set_fineness(Body *body, BodyRounds *at, int64_t steps)
+{
+    at->fineness = steps;
+    at->settles = SETTLE;
+    at->calm = 0;
+    body->ops->set(body->model, BODY_ADAPT_FINENESS, fineness_of(steps));
+}
+
+// Returns the change of detail for an error: a step or none.
+static int choose(BodyRounds *at, double error, double target)
+{
+    // Has the last step been worth it?
+    const double before = at->before;
+    at->before = 0.0;
+    if (before > 0.0 && error > target && error > (1.0 - WORTH) * before &&
+        error < GROWN * before) {
+        at->stuck = error;
+        return -1;
+    }
+    if (error < target || error > GROWN * at->stuck)
+        at->stuck = 0.0;
+    at->calm = error < LOW * target ? at->calm + 1 : 0;
+    if (error > target && at->stuck == 0.0)
+        return 1;
+    return at->calm >= at->patience ? -1 : 0;
+}
+
+// Changes the detail of a driven body by at most one step, after a round.
+static void drive(Sim *sim, ErrorRounds *errors)
+{
+    BodyRounds *at = &errors->body[errors->now->at];
+    Body *body = &sim->body[errors->now->at];
+    const int64_t most = body->surface.solid ? SOLID_MOST : WALL_MOST,
+                  least = body->surface.solid ? SOLID_LEAST : -WALL_MOST;
+    double target, scale = 1.0;
+    const double error = driving_error(sim, errors);
+    if (error < 0.0 || !body->ops->get(body->model, BODY_ADAPT_ERROR, &target))
         return;
-    const Body *body = &sim->body[errors->at];
-    const ErrorQuestion question = {.tool_count = errors->tool_count,
-                                    .tool = errors->place,
-                                    .size = errors->size,
-                                    .force = errors->force,
-                                    .depth = errors->depth};
+    // Where time is short the time budget has made detail coarser: that is not taken back here.
+    body->ops->get(body->model, BODY_ADAPT_SCALE, &scale);
+    target *= fmax(1.0, scale);
+    if (at->patience == 0) {
+        at->patience = PATIENCE;
+        at->returned = MOST_PATIENCE;
+    }
+    if (at->returned < MOST_PATIENCE && ++at->returned == MOST_PATIENCE)
+        at->patience = PATIENCE; // taking it back lasted
+    if (at->settles > 0) {
+        at->settles--;
+        return;
+    }
+    const int change = choose(at, error, target);
+    if (change > 0 && at->fineness < most) {
+        if (at->returned <= at->patience && at->patience < MOST_PATIENCE)
+            at->patience *= 2;
+        at->returned = MOST_PATIENCE;
+        at->before = error;
+        set_fineness(body, at, at->fineness + 1);
+    } else if (change < 0 && at->fineness > least) {
+        at->returned = 0;
+        set_fineness(body, at, at->fineness - 1);
+    }
+}
+
+void errors_step(Sim *sim, ErrorRounds *errors)
+{
+    Round *now = errors->now;
+    if (now->since < 0 && !begin(sim, errors))
+        return;
+    const Body *body = &sim->body[now->at];
+    const ErrorQuestion question = {.tool_count = (int)now->tool_count,
+                                    .tool = now->place,
+                                    .size = now->size,
+                                    .force = now->force,
+                                    .depth = now->depth};
     const int budget = body->surface.solid ? errors->elements : errors->springs;
     BodyError found = {0};
     if (!body->ops->estimate(body->model, &question, budget, &found))
         return;
-    if (!errors->is_of_past)
-        take(sim, &found);
-    errors->since = -1;
-    errors->at++;
-    if (errors->at == sim->body_count)
-        errors->cycles++;
+    if (!now->is_of_past) {
+        take(sim, errors, &found);
+        if (errors->drives)
+            drive(sim, errors);
+    }
+    now->since = -1;
+    now->at++;
+    if (now->at == sim->body_count)
+        now->cycles++;
 }
 
 // ---------------------------------------------------------------------------------------------
 // What is known
 
+static const BodyRounds *rounds_of(const Sim *sim, int body)
+{
+    const bool driven = is_driven(&sim->body[body]);
+    return &(driven ? sim->drive : sim->errors)->body[body];
+}
+
 void sim_error(const Sim *sim, int index, SimError *error)
 {
-    const BodyRounds *body = &sim->errors->body[index];
+    const BodyRounds *body = rounds_of(sim, index);
     *error = (SimError){.space = -1.0, .total = -1.0, .relative = -1.0, .age = -1};
-    error->steps = estimate_now(sim->estimator, index, sim->clock->step, sim->tick);
-    error->rounds = body->rounds;
+    error->steps = sim->estimator == NULL
+                       ? -1.0
+                       : estimate_now(sim->estimator, index, sim->clock->step, sim->tick);
+    error->rounds = (int)body->rounds;
     if (body->step < 0)
         return;
     error->space = body->space;
@@ -245,7 +425,7 @@ void sim_tool_errors(const Sim *sim, SimToolError *error)
     for (int t = 0; t < sim->tool_count; t++)
         error[t] = (SimToolError){0};
     for (int b = 0; b < sim->body_count; b++) {
-        const double *share = sim->errors->body[b].share;
+        const double *share = rounds_of(sim, b)->share;
         find_touching(sim, b, tool);
         for (int t = 0; t < sim->tool_count; t++) {
             const double part = vec3_length(tool[t].force);
@@ -261,5 +441,7 @@ void sim_tool_errors(const Sim *sim, SimToolError *error)
 
 int sim_error_cycles(const Sim *sim)
 {
-    return sim->errors->cycles;
+    // Where all bodies are driven the others' rounds are empty.
+    const int64_t driven = sim->drive != NULL ? sim->drive->now->cycles : 0;
+    return (int)(sim->errors->now->cycles + driven);
 }

@@ -97,7 +97,7 @@ bool sim_check(const Sim *sim)
     return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
-           removing_check(sim) && ahead_check(sim) && guard_check(sim) &&
+           removing_check(sim) && ahead_check(sim) && guard_check(sim) && errors_check(sim) &&
            (sim->ties == NULL || ties_check(sim));
 }
 

@@ -200,6 +200,9 @@ _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
 #define ADAPT                                                                                      \
     .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
     .lacks = "does not adapt its level of detail (levels, adapt)"
+#define DRIVEN                                                                                     \
+    .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
+    .lacks = "is not steered by its error (adapt.error)"
 static const SetKey KEYS[] = {
     {"gravity_x", BODY_GRAVITY_X, OF_SCENE, RANGE(-1e4, 1e4), PLAIN},
     {"gravity_y", BODY_GRAVITY_Y, OF_SCENE, RANGE(-1e4, 1e4), PLAIN},
@@ -216,6 +219,7 @@ static const SetKey KEYS[] = {
     {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
     {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
     {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, ADAPT},
+    {"adapt_error", BODY_ADAPT_ERROR, OF_THOSE, RANGE(ERROR_RANGE), DRIVEN},
 };
 enum { KEY_COUNT = sizeof KEYS / sizeof *KEYS };
 

@@ -347,8 +347,7 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
     const double error_hz = sim->options.error_hz;
     if (sim->options.estimate_error || error_hz > 0.0)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
-    if (error_hz > 0.0)
-        sim->errors = errors_create(sim->body_count, sim->tick, error_hz, sim->arena);
+    errors_create(sim);
     // RESET returns to this state.
     sim->start_state =
         arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");

@@ -259,7 +259,8 @@ bool sim_apply_cut(Sim *sim, const CutOptions *cut, CutOutcome *sum, char *why, 
 // Sets a parameter: "gravity_x|y|z" [m/s2]; "stiffness_scale", "damping_scale", "friction" of all
 // bodies, or of one as "<body>.key"; "pressure" [Pa] and "volume" [m3] of one cavity, or of all;
 // "adapt_force", "adapt_speed", "adapt_curvature", "adapt_scale"
-// and "adapt_level" (the finest allowed) of one body, or of all that adapt. Returns false with a
+// and "adapt_level" (the finest allowed) of one body, or of all that adapt; "adapt_error" of those
+// that are steered by their error. Returns false with a
 // sentence in `why` for an unknown key, a value out of range, or a scale that the body's time step
 // does not allow; then nothing was changed.
 bool sim_apply_set(Sim *sim, const char *key, double value, char *why, size_t why_size);

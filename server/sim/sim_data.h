@@ -82,6 +82,7 @@ struct Sim {
     int touch_count;
     Estimator *estimator;          // of the steps' error; NULL: disabled
     ErrorRounds *errors;           // of the whole error; NULL: nobody asks
+    ErrorRounds *drive;            // of bodies that are driven by it; NULL: none
     StiffnessEstimator *stiffness; // NULL: disabled, or no contact has any
     TiePool *ties;                 // NULL: none by message
 

@@ -636,10 +636,18 @@ static bool has_errors(const Sim *sim)
     return sim->options.error_hz > 0.0;
 }
 
+static bool has_rounds(const Sim *sim)
+{
+    return has_errors(sim) || errors_drive(sim);
+}
+
+// There are none while the bodies settle.
 static void estimate_errors(Sim *sim)
 {
-    if (sim->errors != NULL) // settling is over
-        errors_step(sim);
+    if (sim->drive != NULL)
+        errors_step(sim, sim->drive);
+    if (sim->errors != NULL)
+        errors_step(sim, sim->errors);
 }
 
 static bool has_estimate(const Sim *sim)
@@ -672,7 +680,7 @@ static const struct {
     [STAGE_WATCH] = {"watch", has_watched_regions, watch_tools},
     [STAGE_TIES] = {"ties", has_ties, ties_stage},
     [STAGE_STIFFNESS] = {"stiffness", has_stiffness, estimate_stiffness},
-    [STAGE_ERROR] = {"error", has_errors, estimate_errors},
+    [STAGE_ERROR] = {"error", has_rounds, estimate_errors},
     [STAGE_ESTIMATE] = {"estimate", has_estimate, NULL},
     [STAGE_SNAPSHOT] = {"snapshot", has_inputs, NULL},
 };

@@ -74,6 +74,7 @@ typedef struct SurfaceAdapt {
     double curvature; // change of the angle between two faces [rad]
     double check_hz;  // how often all faces are examined [Hz]
     int coarsest;     // no face is merged into one of a level below; start_level is at least that
+    double error;     // BodyOptions.adapt_error
 } SurfaceAdapt;
 
 // The theta method (implicit.h); zeros select the defaults.

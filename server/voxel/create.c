@@ -400,7 +400,8 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
     else
         create_batches(model, making, name, arena, state);
     if (options->body.estimate_error)
-        model->error = voxel_error_create(making->capacity, name, arena);
+        model->error = voxel_error_create(making->capacity, name, arena,
+                                          options->body.adapt_error > 0.0 ? state : NULL);
     describe(body, model, making);
     return changes ? cut_body_create_surface(model, making, body, arena, state, status)
                    : create_surface(model, making, body, arena, status);

@@ -50,19 +50,40 @@ typedef struct VoxelError {
     VertexError *vertex; // [capacity]
     float *shown;        // [capacity] defect of the last complete round [J/m3]
     float largest;       // of these
-    int used;            // vertices that ever were in use
-    // --- within a round ---
+    int capacity;
+    // --- within a round; of a driven body part of the state, as the vertices are ---
+    int used; // vertices that ever were in use
     ErrorPass pass;
     int next; // batch, hanging ones after the plain ones; or vertex, or published node
     ErrorSums sums;
 } VoxelError;
 
-VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena)
+VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena, StateList *state)
 {
     VoxelError *error = ALLOCATE(ARENA_OUTPUT, 1, VoxelError, "error");
     error->vertex = ALLOCATE(ARENA_OUTPUT, capacity, VertexError, "recovered strains");
     error->shown = ALLOCATE(ARENA_OUTPUT, capacity, float, "error by vertex");
+    error->capacity = capacity;
+    if (state == NULL)
+        return error;
+    // Not by names of the body's own arrays: tries of its steps (sim/estimate.c) change none of it.
+    state_add(state, error->vertex, (size_t)capacity * sizeof *error->vertex, "error of %s/strains",
+              name);
+    state_add(state, &error->used, sizeof error->used, "error of %s/used", name);
+    state_add(state, &error->pass, sizeof error->pass, "error of %s/pass", name);
+    state_add(state, &error->next, sizeof error->next, "error of %s/next", name);
+    state_add(state, &error->sums, sizeof error->sums, "error of %s/sums", name);
     return error;
+}
+
+// A number beyond the end of its list ends a pass; one of the vertices and of the nodes has to be
+// within their memory.
+bool voxel_error_check(const void *self)
+{
+    const VoxelError *error = ((const VoxelModel *)self)->error;
+    return error == NULL ||
+           ((int)error->pass >= GATHER_STRAINS && error->pass <= SHOW && error->next >= 0 &&
+            error->used >= 0 && error->used <= error->capacity);
 }
 
 // ---------------------------------------------------------------------------------------------

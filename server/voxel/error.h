@@ -10,8 +10,12 @@
 
 #include <stdbool.h>
 
-// Load time; for bodies with BodyOptions.estimate_error. `capacity`: vertices.
-struct VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena);
+// Load time; for bodies with BodyOptions.estimate_error. `capacity`: vertices. `state`: that of a
+// driven body, or NULL.
+struct VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena,
+                                      StateList *state);
+// True if the round under way is one that the body can have, after its state was restored.
+bool voxel_error_check(const void *self);
 
 // BodyOps.estimate and BodyOps.snapshot_error; false, and zeros, of a body without.
 bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyError *out);

@@ -104,7 +104,7 @@ static bool voxel_check(const void *self)
 {
     const VoxelModel *model = self;
     return (model->cuts == NULL || model->cuts->sound) && batch_runs_check(model->batches) &&
-           vertices_check(&model->vertices);
+           vertices_check(&model->vertices) && voxel_error_check(model);
 }
 
 static void voxel_restore(void *self, RestoreMode mode)

@@ -371,7 +371,7 @@ TEST(what_a_row_calls_live_is_a_key_of_set_in_the_same_range)
     const char *path = scratch("live.cfg");
     write_text(path,
                "bodies = ( { name = \"a\"; mesh = { generator = \"ico_sphere\"; }; levels = 1; "
-               "adapt = {}; cavity = { gas = true; }; } );\n");
+               "adapt = { error = 0.05; }; cavity = { gas = true; }; } );\n");
     assert_true(scene_read(path, &scene, &status));
     if (!world_build(&world, &scene, &(BuildOptions){.isa = "auto"}, &status))
         fail_msg("%s", status.text);

@@ -13,6 +13,7 @@ typedef struct Line {
 } Line;
 
 #define VOXEL_MATERIAL "`bodies.material` of a voxel body" // its title: the path has two tables
+#define VOXEL_ADAPT    "`bodies.adapt` of a voxel body"
 
 // A group of nothing but what is under test.
 #define GROUP(table, key, path)                                                                    \
@@ -98,6 +99,10 @@ static const Line SCENE[] = {
     {"bodies.levels.fine", "radius", "radius = 0.5;"},
     {"bodies.levels", "fine", "} );"},
     {"liver", "", "};"},
+    {"liver", "", "adapt = {"},
+    {VOXEL_ADAPT, NULL, ""},
+    {VOXEL_ADAPT, "error", "error = 0.1;"},
+    {"liver", "", "};"},
 #endif
     {"", "bodies", "} );"},
     {"", "tools", "tools = ( {"},
@@ -152,7 +157,8 @@ static bool opens(const Line *line, const char *table)
 // What tells a table from others in the lines above.
 static const char *table_name(const OptionTable *table)
 {
-    return table == &VOXEL_MATERIAL_TABLE ? table->title : table->path;
+    const bool twice = table == &VOXEL_MATERIAL_TABLE || table == &VOXEL_ADAPT_TABLE;
+    return twice ? table->title : table->path;
 }
 
 #ifdef PLIANT_WITH_VOXEL
@@ -173,7 +179,8 @@ static bool table_is_built(const OptionTable *table)
            (table != &VOXELS_TABLE && table != &VOXEL_MATERIAL_TABLE &&
             table != &LABEL_MATERIAL_TABLE && table != &SKIN_TABLE && table != &TOUCH_TABLE &&
             table != &BRANCH_TABLE && table != &STIFFENING_TABLE && table != &WEIGHT_TABLE &&
-            table != &LEVELS_TABLE && table != &FINE_TABLE && table != &LOOK_TABLE);
+            table != &LEVELS_TABLE && table != &FINE_TABLE && table != &VOXEL_ADAPT_TABLE &&
+            table != &LOOK_TABLE);
 }
 
 // The scene with `added` in a table and its line `key` left out (with all inside, for a group);

@@ -115,8 +115,9 @@ void detail_forget(Detail *detail, RestoreMode mode)
 }
 
 // Returns where a threshold of refinement, or their common factor, is; NULL: another parameter.
-static double *find_threshold(Sweep *sweep, BodyParameter parameter)
+static double *find_threshold(const DetailAdapt *adapt, BodyParameter parameter)
 {
+    Sweep *sweep = adapt->sweep;
     switch (parameter) {
     case BODY_ADAPT_FORCE:
     case BODY_ADAPT_SPEED:
@@ -124,6 +125,10 @@ static double *find_threshold(Sweep *sweep, BodyParameter parameter)
         return &sweep->thresholds[parameter - BODY_ADAPT_FORCE];
     case BODY_ADAPT_SCALE:
         return &sweep->scale;
+    case BODY_ADAPT_ERROR:
+        return adapt->drive->error > 0.0 ? &adapt->drive->error : NULL;
+    case BODY_ADAPT_FINENESS:
+        return &adapt->drive->fineness;
     default:
         return NULL;
     }
@@ -134,7 +139,7 @@ bool detail_set(Detail *detail, BodyParameter parameter, double value)
     Sweep *sweep = detail->adapt.sweep;
     if (!detail->options.adaptive)
         return false;
-    double *threshold = find_threshold(sweep, parameter);
+    double *threshold = find_threshold(&detail->adapt, parameter);
     if (threshold != NULL)
         *threshold = value;
     else if (parameter == BODY_ADAPT_LEVEL)
@@ -147,7 +152,7 @@ bool detail_get(const Detail *detail, BodyParameter parameter, double *value)
     Sweep *sweep = detail->adapt.sweep;
     if (!detail->options.adaptive)
         return false;
-    const double *threshold = find_threshold(sweep, parameter);
+    const double *threshold = find_threshold(&detail->adapt, parameter);
     if (threshold != NULL)
         *value = *threshold;
     else if (parameter == BODY_ADAPT_LEVEL)
@@ -222,6 +227,8 @@ static bool check_sweep(const Detail *detail)
               sweep->refined >= 0 && sweep->coarsened >= 0 && sweep->refused >= 0;
     for (int k = 0; k < 3; k++)
         ok = ok && is_number(sweep->thresholds[k]);
+    const SweepDrive *drive = detail->adapt.drive;
+    ok = ok && is_number(drive->error) && drive->fineness > 1e-3 && drive->fineness < 1e3;
     // What it has found so far.
     ok = ok && is_within(*detail->adapt.felt_count, 0, detail->adapt.felt_capacity);
     for (int f = 0; ok && f < roots; f++)

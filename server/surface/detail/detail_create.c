@@ -199,6 +199,10 @@ static void create_bits(SurfaceModel *model, const SurfaceOptions *options, Aren
         .scale = 1.0,
         .level = set->levels.finest,
     };
+    adapt->drive = ALLOCATE(ARENA_TOPOLOGY, 1, SweepDrive, "steering by the error");
+    *adapt->drive = (SweepDrive){.error = options->body.adapt_error, .fineness = 1.0};
+    if (adapt->drive->error > 0.0)
+        state_add(state, adapt->drive, sizeof *adapt->drive, "%s/drive", name);
     int roots = set->levels.level[0].face_count;
     adapt->skip = ALLOCATE(ARENA_TOPOLOGY, roots, unsigned char, "quiet faces");
     state_add(state, adapt->skip, (size_t)roots, "%s/quiet", name);

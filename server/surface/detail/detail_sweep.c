@@ -389,9 +389,10 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     const Sweep *sweep = adapt->sweep;
     const double pi = 3.14159265358979323846;
     // Thresholds with their scales.
-    double turn = sweep->thresholds[2] * sweep->scale;
-    double speed = sweep->thresholds[1] * sweep->scale * adapt->wave_speed;
-    double force = sweep->thresholds[0] * sweep->scale * adapt->modulus / adapt->edge_length;
+    const double scale = sweep->scale / adapt->drive->fineness;
+    double turn = sweep->thresholds[2] * scale;
+    double speed = sweep->thresholds[1] * scale * adapt->wave_speed;
+    double force = sweep->thresholds[0] * scale * adapt->modulus / adapt->edge_length;
     *marks = (Marks){
         .cos_divide = turn < pi ? cos(turn) : -2.0,
         .cos_calm = CALM * turn < pi ? cos(CALM * turn) : -2.0,

@@ -40,6 +40,12 @@ typedef struct NodeLook {
     double traction; // external force over its area [N/m2]
 } NodeLook;
 
+// Of a body that is driven by its error; plain data, then part of the state.
+typedef struct SweepDrive {
+    double error;    // BODY_ADAPT_ERROR; 0: it is not
+    double fineness; // BODY_ADAPT_FINENESS: divides all three thresholds
+} SweepDrive;
+
 typedef struct DetailAdapt {
     // --- constant ---
     double modulus;     // E2D [N/m]
@@ -50,6 +56,7 @@ typedef struct DetailAdapt {
     int64_t *calm_since; // [faces above the finest level] tick since which a face's children are
                          // calm, plus 1; 0: not calm
     Sweep *sweep;
+    SweepDrive *drive;
     unsigned char *skip; // [faces of level 0] sweeps in which it need not be looked at
     Felt *felt;          // [felt_capacity]
     int64_t *felt_count;

@@ -74,7 +74,8 @@ static double reach_of(const CutAdapt *adapt, const Approach *path)
 {
     if (path->reach > 0.0)
         return path->reach;
-    const double whole = fmax(REACHES * path->radius, NEAR_CELLS * adapt->size),
+    const double fineness = adapt->state->fineness,
+                 whole = fineness * fmax(REACHES * path->radius, NEAR_CELLS * adapt->size),
                  touched = fmin(whole, path->radius + adapt->size);
     return fmax(touched, whole / adapt->state->scale);
 }
@@ -390,6 +391,7 @@ int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
 
 enum { LEVEL_MOST = 8 }; // of BODY_ADAPT_LEVEL
 static const double SCALE_LEAST = 1e-3;
+static const double FINENESS_LEAST = 0.1, FINENESS_MOST = 10.0; // far beyond what drives it
 
 bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value)
 {
@@ -397,6 +399,10 @@ bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value)
         adapt->state->scale = fmax(value, SCALE_LEAST);
     else if (parameter == BODY_ADAPT_LEVEL)
         adapt->state->finest = (int64_t)value;
+    else if (parameter == BODY_ADAPT_ERROR && adapt->state->error > 0.0)
+        adapt->state->error = value;
+    else if (parameter == BODY_ADAPT_FINENESS)
+        adapt->state->fineness = value;
     else
         return false;
     adapt->state->age = SWEEP_TICKS; // what was found holds no more
@@ -405,8 +411,23 @@ bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value)
 
 bool cut_adapt_get(const CutAdapt *adapt, BodyParameter parameter, double *value)
 {
-    *value = parameter == BODY_ADAPT_SCALE ? adapt->state->scale : (double)adapt->state->finest;
-    return parameter == BODY_ADAPT_SCALE || parameter == BODY_ADAPT_LEVEL;
+    const AdaptState *state = adapt->state;
+    switch (parameter) {
+    case BODY_ADAPT_SCALE:
+        *value = state->scale;
+        return true;
+    case BODY_ADAPT_LEVEL:
+        *value = (double)state->finest;
+        return true;
+    case BODY_ADAPT_ERROR:
+        *value = state->error;
+        return state->error > 0.0;
+    case BODY_ADAPT_FINENESS:
+        *value = state->fineness;
+        return true;
+    default:
+        return false;
+    }
 }
 
 int cut_adapt_finest(const CutAdapt *adapt)
@@ -458,12 +479,14 @@ bool cut_adapt_derive(CutAdapt *adapt)
     return state->age >= 0 && state->next >= 0 && state->next < 64 * (int64_t)words &&
            state->brick >= 0 && state->brick < adapt->brick_count && state->count >= 0 &&
            state->count <= APPROACH_MOST && state->scale >= SCALE_LEAST && state->scale <= 1e9 &&
-           state->finest >= 0 && state->finest <= LEVEL_MOST;
+           state->finest >= 0 && state->finest <= LEVEL_MOST && state->error >= 0.0 &&
+           state->error <= 1.0 && state->fineness >= FINENESS_LEAST &&
+           state->fineness <= FINENESS_MOST;
 }
 
 // ---------------------------------------------------------------------------------------------
 
-void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *masses,
+void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *masses, double error,
                       const char *name, Arena *arena, StateList *state)
 {
     *adapt = (CutAdapt){.lattice = lattice,
@@ -483,6 +506,8 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
     adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
     adapt->state->scale = 1.0;
     adapt->state->finest = LEVEL_MOST;
+    adapt->state->error = error;
+    adapt->state->fineness = 1.0;
     state_add(state, adapt->state, sizeof *adapt->state, "%s/adaptation", name);
     state_add(state, adapt->box, (size_t)adapt->brick_count * sizeof *adapt->box,
               "%s/adaptation_boxes", name);

@@ -34,6 +34,8 @@ typedef struct AdaptState {
     Approach swept[APPROACH_MOST];
     double scale;   // BODY_ADAPT_SCALE: divides how far around paths elements are fine
     int64_t finest; // BODY_ADAPT_LEVEL: levels by which elements may be finer than the coarsest
+    double error;    // BODY_ADAPT_ERROR; 0: the body is not driven by it
+    double fineness; // BODY_ADAPT_FINENESS
 } AdaptState;
 
 // The box around a brick when it was made, in the rows' coordinates [m]; part of the state.
@@ -78,15 +80,16 @@ typedef struct CutAdapt {
     int64_t divided, merged;
 } CutAdapt;
 
-// Load time. Of an adapting lattice, whose masses know their vertices.
-void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *masses,
+// Load time. Of an adapting lattice, whose masses know their vertices. `error`:
+// BodyOptions.adapt_error.
+void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *masses, double error,
                       const char *name, Arena *arena, StateList *state);
 // BodyOps.approach, of paths in the world.
 void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count);
 // Divides or merges leaves for a tick, from the rows at its start. Returns how many; `merged`: they
 // merged. What follows from the lattice is left to the caller.
 int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged);
-// BodyOps.set and get, of the time budget: BODY_ADAPT_SCALE and BODY_ADAPT_LEVEL. False for others.
+// BodyOps.set and get, of the BODY_ADAPT_ parameters that are not of walls. False for others.
 bool cut_adapt_set(CutAdapt *adapt, BodyParameter parameter, double value);
 bool cut_adapt_get(const CutAdapt *adapt, BodyParameter parameter, double *value);
 // Returns by how many levels the finest element in use is finer than the coarsest.

@@ -679,7 +679,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     }
     if (cuts->lattice.adapts) {
         cuts->adapt = ALLOCATE(ARENA_TOPOLOGY, 1, CutAdapt, "adaptation of elements");
-        cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses, cuts->name, arena, state);
+        cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses,
+                         making->options->body.adapt_error, cuts->name, arena, state);
         count_elements(cuts, body);
     }
     cuts->account.gone = cuts->gone;
