@@ -131,9 +131,6 @@ typedef enum BodyParameter {
 #define PRESSURE_RANGE -1e6, 1e6
 #define ADAPT_RANGE    0, 1e+09
 #define ERROR_RANGE    0.0001, 1
-// Factors between which the detail of a solid and of a wall is steered, in steps of FINENESS_STEP
-// (sim/error.c).
-#define FINENESS_STEP 1.1
 
 typedef struct Body Body;
 typedef struct BodyLook BodyLook; // body/look.h

@@ -34,8 +34,10 @@ static const double WORTH = 0.02, GROWN = 1.25;
 // ten seconds.
 enum { SETTLE = 1, PATIENCE = 4, MOST_PATIENCE = 128 };
 static const double DRIVE_HZ = 20.0; // rounds, at most
-// Steps of FINENESS_STEP: factors of 0.68 to 2.6 for solids, 1/16 to 16 for walls.
-enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_MOST = 29 };
+static const double FINENESS_STEP = 1.1;
+// Powers of FINENESS_STEP: factors of 0.68 to 2.6 for solids, 1/17 to 17 for walls, whose levels
+// are far apart, and whose rounds are long: their steps are three at once.
+enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_MOST = 30, WALL_STEP = 3 };
 
 // What is known of one body; plain data.
 typedef struct BodyRounds {
@@ -45,7 +47,7 @@ typedef struct BodyRounds {
     double moved;              // rms displacement of the outer nodes [m]
     double share[ERROR_TOOLS]; // relative error of the force on a tool; -1: unknown
     // --- of a driven body ---
-    int64_t fineness; // steps
+    int64_t fineness; // power of FINENESS_STEP
     int64_t settles;  // rounds left after a step
     double before;    // error before the last step, if that went finer; else 0
     double stuck;     // error that no more detail has lowered; 0: none
@@ -336,7 +338,8 @@ static void drive(Sim *sim, ErrorRounds *errors)
     BodyRounds *at = &errors->body[errors->now->at];
     Body *body = &sim->body[errors->now->at];
     const int64_t most = body->surface.solid ? SOLID_MOST : WALL_MOST,
-                  least = body->surface.solid ? SOLID_LEAST : -WALL_MOST;
+                  least = body->surface.solid ? SOLID_LEAST : -WALL_MOST,
+                  step = body->surface.solid ? 1 : WALL_STEP;
     double target, scale = 1.0;
     const double error = driving_error(sim, errors);
     if (error < 0.0 || !body->ops->get(body->model, BODY_ADAPT_ERROR, &target))
@@ -360,10 +363,10 @@ static void drive(Sim *sim, ErrorRounds *errors)
             at->patience *= 2;
         at->returned = MOST_PATIENCE;
         at->before = error;
-        set_fineness(body, at, at->fineness + 1);
+        set_fineness(body, at, at->fineness + step);
     } else if (change < 0 && at->fineness > least) {
         at->returned = 0;
-        set_fineness(body, at, at->fineness - 1);
+        set_fineness(body, at, at->fineness - step);
     }
 }
 

@@ -405,6 +405,8 @@ bool surface_create(Body *body, const TriMesh *mesh, const SurfaceOptions *asked
         implicit_create(model, options, arena);
     if (options->body.estimate_error)
         surface_error_create(model, mesh, &network, options, arena);
+    if (options->body.adapt_error > 0.0 && model->detail != NULL)
+        surface_error_list(model, options->body.name, state);
     network_destroy(&network);
     winged_destroy(&winged);
     return true;

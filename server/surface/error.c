@@ -348,6 +348,10 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
 {
     SurfaceModel *model = self;
     SurfaceError *error = model->error;
+    if (error->driven && error->topology != topology_of(model)) {
+        go_to(error, ERROR_GATHER);
+        error->iteration = 0;
+    }
     while (budget > 0) {
         if (error->stage == ERROR_GATHER) {
             gather(model, &budget);

@@ -149,6 +149,8 @@ typedef struct SurfaceError {
     // --- the last complete round ---
     float *size; // [nodes of the body] of its error [m]
     float largest;
+
+    bool driven; // it begins again when the topology changes; the round is part of the state
 } SurfaceError;
 
 // Load time, of a body with BodyOptions.estimate_error, once all else is created.
@@ -157,6 +159,17 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
 // BodyOps.estimate and .snapshot_error.
 bool surface_estimate(void *self, const ErrorQuestion *question, int budget, BodyError *error);
 void surface_snapshot_error(const void *self, unsigned char *share);
+
+// --- error_state.c: of bodies that are driven by their error ---
+enum { SURFACE_ERROR_MOST = 1000 }; // iterations that a state may claim
+// Load time: adds the round to the state.
+void surface_error_list(SurfaceModel *model, const char *name, StateList *state);
+// True if the round belongs to the body's topology; ask before a restored body gets another number.
+bool surface_error_is_current(const SurfaceModel *model);
+// After the body was restored: makes the lists again.
+void surface_error_restored(SurfaceModel *model, bool is_current);
+// True if the round is one that the body can have.
+bool surface_error_check(const SurfaceModel *model);
 
 // --- error_mesh.c ---
 // Forgets what is compared.

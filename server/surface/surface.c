@@ -140,6 +140,7 @@ static bool surface_check(const void *self)
     return (model->detail == NULL || model->detail->is_valid) &&
            (model->cavity == NULL || cavity_check(model->cavity)) &&
            (model->relaxation == NULL || relaxation_check(model->relaxation)) &&
+           surface_error_check(model) &&
            rows_are_valid(&model->basis, model->rows[model->current], model->position_limit);
 }
 
@@ -171,8 +172,11 @@ static void surface_restore(void *self, RestoreMode mode)
 static void surface_restored(Body *body)
 {
     SurfaceModel *model = body->model;
+    const bool is_current = surface_error_is_current(model);
     if (model->detail != NULL)
         detail_restored(body);
+    if (model->detail == NULL || model->detail->is_valid)
+        surface_error_restored(model, is_current);
     if (model->cavity != NULL)
         cavity_restored(model->cavity);
 }
