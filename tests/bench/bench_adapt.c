@@ -128,7 +128,8 @@ static void write_carry(const Bench *bench, VoxelWorld *world, int size)
     }
     const double least = samples_min(&samples);
     bench_row(bench, "voxel.adapt.carry", size, "us_per_tick", least, "us");
-    bench_row(bench, "voxel.adapt.carry", size, "ns_per_vertex", 1e3 * least / carry->count, "ns");
+    bench_row(bench, "voxel.adapt.carry", size, "ns_per_vertex",
+              1e3 * least / cut_carry_count(carry), "ns");
 }
 
 static void run(Bench *bench, const Try *try)

@@ -5,6 +5,7 @@
 #include "voxel/cut/cut_parts.h"
 #include "voxel/point_parts.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum { POINTS = 27, CENTRE = 13 };
@@ -14,19 +15,36 @@ static const signed char CORNER_AT[NODE_CORNERS] = {0, 2, 6, 8, 18, 20, 24, 26};
 // ---------------------------------------------------------------------------------------------
 // Where a point is in an element
 
-// Returns the place of a point in a leaf around it.
-static CarrySite site_in(const CutLattice *lattice, int leaf, const int point[3])
+// Returns the octant of a leaf in which a point is, its low corner, and how far it is from there,
+// in parts of the octant's edge.
+static int octant_of(const CutLattice *lattice, int leaf, const int point[3], int share[3])
 {
     const CutElement *element = &lattice->element[leaf];
-    CarrySite site = {0};
     int low = 0;
     for (int d = 0; d < 3; d++) {
-        // In shares of an octant, of which there are two along each axis.
+        // There are two octants along each axis.
         const int at = (point[d] - element->cell[d]) * (2 * CARRY_SHARES) >> element->level;
         low += STEP[d] * (at / CARRY_SHARES);
-        site.share[d] = (unsigned char)(at % CARRY_SHARES);
+        share[d] = at % CARRY_SHARES;
     }
-    site.low = (signed char)low;
+    return low;
+}
+
+static CarrySite site_in(const CutLattice *lattice, int leaf, const int point[3])
+{
+    int share[3], axes = 0;
+    CarrySite site = {.low = (signed char)octant_of(lattice, leaf, point, share)};
+    for (int d = 0; d < 3; d++) {
+        if (share[d] == 0)
+            continue;
+        if (axes < 2) {
+            site.step[axes] = (signed char)STEP[d];
+            site.share[axes++] = (unsigned char)share[d];
+        } else {
+            site.above = (signed char)STEP[d];
+            site.third = (unsigned char)share[d];
+        }
+    }
     return site;
 }
 
@@ -57,14 +75,15 @@ int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3]
 {
     const CutScratch *scratch = lattice->scratch;
     const int *node = cut_lattice_nodes(lattice, leaf);
-    const CarrySite site = site_in(lattice, leaf, point);
+    int shares[3];
+    const int low = octant_of(lattice, leaf, point, shares);
     double w[POINTS] = {0.0};
     // Trilinear in the octant.
     for (int c = 0; c < 8; c++) {
         double part = 1.0;
-        int at = site.low;
+        int at = low;
         for (int d = 0; d < 3; d++) {
-            const double share = (double)site.share[d] / CARRY_SHARES;
+            const double share = (double)shares[d] / CARRY_SHARES;
             part *= c >> d & 1 ? share : 1.0 - share;
             at += (c >> d & 1) * STEP[d];
         }
@@ -104,14 +123,14 @@ typedef double DoubleNumbers __attribute__((vector_size(ROW * sizeof(double))));
 #define REAL    float
 #define NUMBERS SingleNumbers
 #define FILL    fill_single
-#define PUT     put_single
+#define MIX     mix_single
 #define UPDATE  update_single
 #include "voxel/cut/cut_carry_rows.h"
 
 #define REAL    double
 #define NUMBERS DoubleNumbers
 #define FILL    fill_double
-#define PUT     put_double
+#define MIX     mix_double
 #define UPDATE  update_double
 #include "voxel/cut/cut_carry_rows.h"
 
@@ -205,12 +224,10 @@ void cut_carry_forget_moves(CutCarry *carry)
 static unsigned middles_of(CarrySite site)
 {
     unsigned points = 0, need = 0;
-    for (int c = 0; c < 8; c++) {
-        int at = site.low;
-        for (int d = 0; d < 3; d++)
-            at += (c >> d & 1) && site.share[d] > 0 ? STEP[d] : 0;
-        points |= 1u << at;
-    }
+    const int axis[3] = {site.step[0], site.step[1], site.above};
+    for (int c = 0; c < 8; c++)
+        points |=
+            1u << (site.low + (c & 1) * axis[0] + (c >> 1 & 1) * axis[1] + (c >> 2) * axis[2]);
     for (int m = EDGES; m < MIDDLES; m++)
         if (points >> MIDDLE[m].at & 1)
             for (int side = -1; side <= 1; side += 2)
@@ -221,46 +238,53 @@ static unsigned middles_of(CarrySite site)
     return need | (points >> CENTRE & 1) << MIDDLES;
 }
 
-// Lists a carried vertex with the leaf around the cell of its anchor.
-static void enter(CutCarry *carry, int vertex)
+static void leave_list(CutCarry *carry, int at)
 {
-    const CutLattice *lattice = carry->lattice;
-    int point[3], leaf[8];
-    cut_lattice_point(lattice, vertex, point);
-    cut_lattice_around(lattice, point, leaf);
-    const int own = leaf[lattice->anchor[vertex]], at = own - lattice->level_first[1];
-    ASSERT(at >= 0);
-    if (carry->first[at] < 0) {
-        carry->need[at] = 0;
-        carry->place[at] = carry->leaf_count;
-        carry->leaf[carry->leaf_count++] = own;
-    }
-    carry->leaf_of[vertex] = own;
-    carry->site[vertex] = site_in(lattice, own, point);
-    carry->need[at] |= middles_of(carry->site[vertex]);
-    carry->next[vertex] = carry->first[at];
-    carry->first[at] = vertex;
-    carry->count++;
-}
-
-// Takes all vertices from an element, and enters those that are still carried again.
-static void sort_again(CutCarry *carry, int element)
-{
-    const int at = element - carry->lattice->level_first[1];
-    int vertex = at < 0 ? -1 : carry->first[at];
-    if (vertex < 0)
+    if (carry->place[at] < 0)
         return;
     const int last = carry->leaf[--carry->leaf_count];
     carry->leaf[carry->place[at]] = last;
     carry->place[last - carry->lattice->level_first[1]] = carry->place[at];
-    carry->first[at] = -1;
-    for (int next; vertex >= 0; vertex = next) {
-        next = carry->next[vertex];
-        carry->leaf_of[vertex] = -1;
-        carry->count--;
-        if (cut_lattice_is_carried(carry->lattice, vertex))
-            enter(carry, vertex);
+    carry->place[at] = -1;
+}
+
+// Finds the carried vertices of a leaf again.
+static void settle(CutCarry *carry, int leaf)
+{
+    const CutLattice *lattice = carry->lattice;
+    const int at = leaf - lattice->level_first[1];
+    int point[3], count = 0;
+    carry->need[at] = 0;
+    for (int k = carry->first[at]; k < carry->end[at]; k++) {
+        const int v = carry->vertex[k];
+        carry->leaf_of[v] = -1;
+        if (!lattice->carried[v])
+            continue;
+        cut_lattice_point(lattice, v, point);
+        carry->leaf_of[v] = leaf;
+        carry->site[k] = site_in(lattice, leaf, point);
+        carry->need[at] |= middles_of(carry->site[k]);
+        count++;
     }
+    leave_list(carry, at);
+    if (count == 0)
+        return;
+    carry->place[at] = carry->leaf_count;
+    carry->leaf[carry->leaf_count++] = leaf;
+}
+
+// The same of the leaf that a kept vertex belongs to, once in a change.
+static void settle_of(CutCarry *carry, int vertex)
+{
+    const CutLattice *lattice = carry->lattice;
+    if (vertex >= lattice->kept_end || carry->rank[vertex] < 0)
+        return;
+    const int leaf = cut_lattice_leaf_of(lattice, carry->cell[carry->rank[vertex]]);
+    const int at = leaf - lattice->level_first[1];
+    if (at < 0 || carry->seen[at] == carry->stamp)
+        return;
+    carry->seen[at] = carry->stamp;
+    settle(carry, leaf);
 }
 
 // Updates the carried vertices of the leaves around some vertices.
@@ -277,11 +301,12 @@ static void refresh(CutCarry *carry, const int *vertex, int count)
         cut_lattice_around(lattice, point, leaf);
         for (int s = 0; s < 8; s++) {
             const int at = leaf[s] - lattice->level_first[1];
-            if (leaf[s] < 0 || at < 0 || carry->first[at] < 0 || carry->seen[at] == carry->stamp)
+            if (leaf[s] < 0 || at < 0 || carry->place[at] < 0 || carry->seen[at] == carry->stamp)
                 continue;
             carry->seen[at] = carry->stamp;
-            for (int v = carry->first[at]; v >= 0 && carry->move != NULL; v = carry->next[v])
-                cut_carry_note_move(carry, v);
+            for (int i = carry->first[at]; i < carry->end[at] && carry->move != NULL; i++)
+                if (carry->leaf_of[carry->vertex[i]] >= 0)
+                    cut_carry_note_move(carry, carry->vertex[i]);
             cut_carry_update_some(carry, row, &leaf[s], 1);
         }
     }
@@ -289,28 +314,118 @@ static void refresh(CutCarry *carry, const int *vertex, int count)
 
 void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
 {
-    const CutChanges *changes = &carry->lattice->changes;
-    for (int i = 0; i < changes->element_count; i++)
-        sort_again(carry, changes->element[i]);
-    for (int i = 0; i < changes->ended_count; i++) {
-        const int ended = changes->ended[i].vertex;
-        if (cut_lattice_is_carried(carry->lattice, ended) && carry->leaf_of[ended] < 0)
-            enter(carry, ended);
+    const CutLattice *lattice = carry->lattice;
+    const CutChanges *changes = &lattice->changes;
+    carry->stamp++;
+    // What is no leaf any more carries nothing.
+    for (int i = 0; i < changes->element_count; i++) {
+        const int element = changes->element[i], at = element - lattice->level_first[1];
+        if (at < 0 || cut_lattice_is_leaf(lattice, element))
+            continue;
+        leave_list(carry, at);
+        for (int k = carry->first[at]; k < carry->end[at]; k++)
+            carry->leaf_of[carry->vertex[k]] = -1;
     }
+    for (int i = 0; i < changes->element_count; i++) {
+        const int element = changes->element[i], at = element - lattice->level_first[1];
+        if (at < 0 || carry->seen[at] == carry->stamp || !cut_lattice_is_leaf(lattice, element))
+            continue;
+        carry->seen[at] = carry->stamp;
+        settle(carry, element);
+    }
+    // Vertices that ended or came back may belong to leaves that have not changed.
+    for (int i = 0; i < changes->ended_count; i++)
+        settle_of(carry, changes->ended[i].vertex);
+    for (int i = 0; i < changes->birth_count; i++)
+        settle_of(carry, changes->birth[i].vertex);
     if (changes->merged_count > 0) // a division moves nothing
         refresh(carry, vertex, count);
+}
+
+int cut_carry_count(const CutCarry *carry)
+{
+    int count = 0;
+    for (int v = 0; v < carry->lattice->kept_end; v++)
+        count += carry->leaf_of[v] >= 0;
+    return count;
 }
 
 void cut_carry_derive(CutCarry *carry)
 {
     const CutLattice *lattice = carry->lattice;
-    const size_t larger = (size_t)(lattice->element_count - lattice->level_first[1]);
-    memset(carry->first, -1, larger * sizeof *carry->first);
+    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
+    memset(carry->place, -1, (size_t)larger * sizeof *carry->place);
     memset(carry->leaf_of, -1, (size_t)lattice->kept_end * sizeof *carry->leaf_of);
-    carry->leaf_count = carry->count = 0;
-    for (int v = 0; v < lattice->kept_end; v++)
-        if (lattice->carried[v])
-            enter(carry, v);
+    carry->leaf_count = 0;
+    for (int at = 0; at < larger; at++)
+        if (carry->first[at] < carry->end[at] && cut_lattice_is_leaf(lattice, cells + at))
+            settle(carry, cells + at);
+}
+
+// ---------------------------------------------------------------------------------------------
+// Load time: kept vertices by their cells
+
+// Returns the cell that a kept vertex belongs to.
+static int cell_of_kept(const CutLattice *lattice, int vertex)
+{
+    int point[3];
+    cut_lattice_point(lattice, vertex, point);
+    const int slot = lattice->anchor[vertex];
+    return cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1),
+                                    point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
+}
+
+// Returns a cell's place on a curve that passes through each element at one go.
+static uint64_t place_on_curve(const int cell[3])
+{
+    uint64_t place = 0;
+    for (int bit = 20; bit >= 0; bit--)
+        for (int d = 2; d >= 0; d--)
+            place = place << 1 | (uint64_t)(cell[d] >> bit & 1);
+    return place;
+}
+
+typedef struct CarryEntry {
+    uint64_t place;
+    int vertex, cell;
+} CarryEntry;
+
+static int compare_entries(const void *a, const void *b)
+{
+    const CarryEntry *x = a, *y = b;
+    if (x->place != y->place)
+        return x->place < y->place ? -1 : 1;
+    return (x->vertex > y->vertex) - (x->vertex < y->vertex);
+}
+
+static void sort_vertices(CutCarry *carry)
+{
+    const CutLattice *lattice = carry->lattice;
+    const int cells = lattice->level_first[1];
+    CarryEntry *entry = malloc(((size_t)lattice->kept_end + 1) * sizeof *entry);
+    int count = 0;
+    ASSERT(entry != NULL);
+    for (int v = 0; v < lattice->kept_end; v++) {
+        carry->rank[v] = -1;
+        if (!cut_lattice_is_kept(lattice, v))
+            continue;
+        const int cell = cell_of_kept(lattice, v);
+        entry[count++] = (CarryEntry){place_on_curve(lattice->element[cell].cell), v, cell};
+    }
+    qsort(entry, (size_t)count, sizeof *entry, compare_entries);
+    for (int k = 0; k < count; k++) {
+        carry->vertex[k] = entry[k].vertex;
+        carry->cell[k] = entry[k].cell;
+        carry->rank[entry[k].vertex] = k;
+        for (int e = lattice->element[entry[k].cell].parent; e >= 0;
+             e = lattice->element[e].parent) {
+            if (carry->end[e - cells] == 0)
+                carry->first[e - cells] = k;
+            carry->end[e - cells] = k + 1;
+        }
+    }
+    carry->vertex_count = count;
+    free(entry);
 }
 
 void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
@@ -318,14 +433,18 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
 {
     const int kept = lattice->kept_end, larger = lattice->element_count - lattice->level_first[1];
     *carry = (CutCarry){.lattice = lattice, .vertices = vertices};
-    carry->leaf_of = ALLOCATE(ARENA_TOPOLOGY, kept, int, "elements of carried vertices");
-    carry->site = ALLOCATE(ARENA_TOPOLOGY, kept, CarrySite, "sites of carried vertices");
-    carry->next = ALLOCATE(ARENA_TOPOLOGY, kept, int, "next carried vertices");
-    carry->first = ALLOCATE(ARENA_TOPOLOGY, larger, int, "first carried vertices");
-    carry->need = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "middles of carrying elements");
+    carry->vertex = ALLOCATE(ARENA_STEP, kept, int, "kept vertices by cells");
+    carry->cell = ALLOCATE(ARENA_TOPOLOGY, kept, int, "cells of kept vertices");
+    carry->rank = ALLOCATE(ARENA_TOPOLOGY, kept, int, "places of kept vertices");
+    carry->first = ALLOCATE(ARENA_STEP, larger, int, "first kept vertices");
+    carry->end = ALLOCATE(ARENA_STEP, larger, int, "last kept vertices");
+    carry->leaf_of = ALLOCATE(ARENA_STEP, kept, int, "elements of carried vertices");
+    carry->site = ALLOCATE(ARENA_STEP, kept, CarrySite, "sites of carried vertices");
+    carry->need = ALLOCATE(ARENA_STEP, larger, unsigned, "middles of carrying elements");
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
-    carry->leaf = ALLOCATE(ARENA_TOPOLOGY, larger, int, "carrying elements");
+    carry->leaf = ALLOCATE(ARENA_STEP, larger, int, "carrying elements");
     carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, int, "updated elements");
+    sort_vertices(carry);
     cut_carry_derive(carry);
 }
 

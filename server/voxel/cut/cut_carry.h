@@ -14,10 +14,14 @@
 
 enum { CARRY_SHARES = 16 }; // of an octant's edge: elements are of level 5 at most
 
-// Where a vertex is in its element.
+// Where a vertex is in its element: from the low corner of its octant along up to three axes, those
+// along which it is between points first.
 typedef struct CarrySite {
-    signed char low;        // the low corner of its octant, x + 3 y + 9 z
-    unsigned char share[3]; // from there, in parts of the octant's edge; less than all
+    signed char low;        // that corner, x + 3 y + 9 z
+    signed char step[2];    // to the next points along the first two of these axes; 0: none
+    signed char above;      // along the third
+    unsigned char share[2]; // of the way to there, in parts of the octant's edge; less than all
+    unsigned char third;    // along the third
 } CarrySite;
 
 // Where a kept vertex was before a merge moved it: displacement in the rows' axes [m].
@@ -29,15 +33,19 @@ typedef struct CarryMove {
 typedef struct CutCarry {
     const CutLattice *lattice;
     Vertices *vertices;
+    // --- constant ---
+    // Kept vertices, those of one element one after the other: a vertex belongs to the elements
+    // around its lowest cell at load.
+    int vertex_count, *vertex;
+    int *cell;        // [vertex_count]
+    int *rank;        // [kept_end] its place in `vertex`; -1: it is not kept
+    int *first, *end; // [element - level_first[1]] its part of these
     // --- derived from the lattice ---
-    int count;       // carried vertices
     int *leaf_of;    // [kept_end] the element; -1: not carried
-    CarrySite *site; // [kept_end]
-    int *next;       // [kept_end] another vertex of its element; -1: none
-    int *first;      // [element - level_first[1]] one of its vertices; -1: none
+    CarrySite *site; // [vertex_count] where it is carried
     unsigned *need;  // [element - level_first[1]] bit m: its vertices follow from middle m
-    int *place;      // [element - level_first[1]] in `leaf`
-    int *leaf;       // elements with such vertices, in no order that matters
+    int *place;      // [element - level_first[1]] in `leaf`; -1: it is not there
+    int *leaf;       // leaves with carried vertices, in no order that matters
     int leaf_count;
     // --- of the current change ---
     CarryMove *move; // [kept_end] NULL: nobody wants to know
@@ -61,6 +69,8 @@ void cut_carry_forget_moves(CutCarry *carry);
 // Updates the lists after changes of the lattice; after merges also the rows of all carried
 // vertices of the elements around some vertices, whose rows have changed.
 void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
+// Returns the number of carried vertices.
+int cut_carry_count(const CutCarry *carry);
 // Updates all carried rows from those of the elements' vertices in `row` (rows.h).
 void cut_carry_update(CutCarry *carry, void *row);
 

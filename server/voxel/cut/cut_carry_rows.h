@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Updates the rows of the carried vertices of one element: part of cut_carry.c, which includes it
-// once for each precision with REAL, NUMBERS (a vector of the ROW numbers of a row), FILL, PUT and
+// once for each precision with REAL, NUMBERS (a vector of the ROW numbers of a row), FILL, MIX and
 // UPDATE, names of its own.
 
 // Reads the rows of an element's vertices, and fills in absent points that are needed.
@@ -27,46 +27,40 @@ static inline void FILL(const int *node, const REAL *row, unsigned need, NUMBERS
                                        ((point[18] + point[20]) + (point[24] + point[26])));
 }
 
-// Interpolates along the axes on which a site is between points.
-static inline void PUT(const NUMBERS *low, const unsigned char share[3], REAL *to)
+// Interpolates between the points of a site, from its own low corner or that above.
+static inline void MIX(const NUMBERS *low, const CarrySite *site, NUMBERS *value)
 {
-    const REAL by = (REAL)1.0 / CARRY_SHARES;
-    const REAL x = by * (REAL)share[0], y = by * (REAL)share[1], z = by * (REAL)share[2];
-    NUMBERS value = low[0];
-    if (share[0] > 0)
-        value += x * (low[1] - value);
-    if (share[1] > 0) {
-        NUMBERS other = low[3];
-        if (share[0] > 0)
-            other += x * (low[4] - other);
-        value += y * (other - value);
-    }
-    if (share[2] > 0) {
-        NUMBERS other = low[9];
-        if (share[0] > 0)
-            other += x * (low[10] - other);
-        if (share[1] > 0) {
-            NUMBERS last = low[12];
-            if (share[0] > 0)
-                last += x * (low[13] - last);
-            other += y * (last - other);
-        }
-        value += z * (other - value);
-    }
-    memcpy(to, &value, sizeof value);
+    const REAL by = (REAL)1.0 / (CARRY_SHARES * CARRY_SHARES);
+    const REAL a = (REAL)site->share[0], b = (REAL)site->share[1], all = (REAL)CARRY_SHARES;
+    // No branch: sites differ more than they repeat.
+    const NUMBERS *along = low + site->step[0], *beyond = low + site->step[1];
+    *value = by * ((all - b) * ((all - a) * low[0] + a * along[0]) +
+                   b * ((all - a) * beyond[0] + a * beyond[site->step[0]]));
 }
 
 static void UPDATE(const CutCarry *carry, int leaf, REAL *row)
 {
-    NUMBERS point[POINTS];
+    NUMBERS point[POINTS] = {{0}};
     const int at = leaf - carry->lattice->level_first[1];
     FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], point);
-    for (int v = carry->first[at]; v >= 0; v = carry->next[v])
-        PUT(&point[carry->site[v].low], carry->site[v].share, row + (long)v * ROW);
+    for (int k = carry->first[at]; k < carry->end[at]; k++) {
+        const int v = carry->vertex[k];
+        if (carry->leaf_of[v] < 0)
+            continue;
+        const CarrySite *site = &carry->site[k];
+        NUMBERS value;
+        MIX(&point[site->low], site, &value);
+        if (site->third > 0) { // inside of an octant
+            NUMBERS above;
+            MIX(&point[site->low + site->above], site, &above);
+            value += (REAL)site->third / (REAL)CARRY_SHARES * (above - value);
+        }
+        memcpy(row + (long)v * ROW, &value, sizeof value);
+    }
 }
 
 #undef REAL
 #undef NUMBERS
 #undef FILL
-#undef PUT
+#undef MIX
 #undef UPDATE

@@ -64,7 +64,7 @@ TEST(an_untouched_body_shows_the_points_of_one_that_does_not_adapt)
         }
         cut_world_check_masses(&world);
         print_message("%d of %d elements, %d carried of %d\n", world.body->element_count,
-                      fine.body->element_count, world.cuts->carry->count, a->node_count);
+                      fine.body->element_count, cut_carry_count(world.cuts->carry), a->node_count);
         assert_true(2 * world.body->element_count < fine.body->element_count);
     }
 }
@@ -340,7 +340,7 @@ static void expect_derived(CutWorld *world)
     memcpy(lane, cuts->windows.lane, elements * sizeof *lane);
     memcpy(leaf, cuts->carry->leaf_of, kept * sizeof *leaf);
     memcpy(face, cuts->faces.face, faces * sizeof *face);
-    const int carried = cuts->carry->count;
+    const int carried = cut_carry_count(cuts->carry);
     world->body->ops->restored(world->body);
     assert_true(cuts->sound);
     assert_memory_equal(mass, vertices->mass, rows * sizeof *mass);
@@ -348,7 +348,7 @@ static void expect_derived(CutWorld *world)
     assert_memory_equal(lane, cuts->windows.lane, elements * sizeof *lane);
     assert_memory_equal(leaf, cuts->carry->leaf_of, kept * sizeof *leaf);
     assert_memory_equal(face, cuts->faces.face, faces * sizeof *face);
-    assert_int_equal(carried, cuts->carry->count);
+    assert_int_equal(carried, cut_carry_count(cuts->carry));
 }
 
 TEST(a_state_of_a_body_that_adapts_goes_on_in_the_same_bits)

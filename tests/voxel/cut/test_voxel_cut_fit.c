@@ -281,7 +281,7 @@ static void follow_affine(void)
     }
     if (it.world.cuts->carry != NULL) {
         cut_carry_update(it.world.cuts->carry, vertices->row[vertices->current]);
-        assert_true(it.world.cuts->carry->count > nodes / 2);
+        assert_true(cut_carry_count(it.world.cuts->carry) > nodes / 2);
     }
     take(&it);
     double most = 0.0;
