@@ -9,10 +9,14 @@
 
 static const double REACHES = 1.5;    // radii of a path within which elements are finest
 static const double NEAR_CELLS = 4.0; // at least
-static const double LEAVES = 0.5;     // radii beyond, and cells at least, from which on they merge
-static const double FINE = 8.0;       // cells of this part of a radius are fine enough
-static const double MOVED = 0.5;      // motion of a path after which it is looked at again [cells]
-static const double STALE = 0.25;     // part of a brick by which its box may be too small
+// At least, beyond a tool's surface. Of a ball of r 5 mm dragged over cells of 1.56 mm with 1.6 of
+// them the force changed by up to 0.39 % a tick, with 3 by 0.29 %, where all cells are elements by
+// 0.23 %.
+static const double SKIN_CELLS = 3.0;
+static const double LEAVES = 0.5; // radii beyond, and cells at least, from which on they merge
+static const double FINE = 8.0;   // cells of this part of a radius are fine enough
+static const double MOVED = 0.5;  // motion of a path after which it is looked at again [cells]
+static const double STALE = 0.25; // part of a brick by which its box may be too small
 static const double URGENT_TIME = 5e-3; // in which a tool is where it is about to touch [s]
 static const double RESIDUAL = 0.05;    // largest motion of a vertex by a merge [cells]
 enum {
@@ -74,8 +78,8 @@ static double reach_of(const CutAdapt *adapt, const Approach *path)
 {
     if (path->reach > 0.0)
         return path->reach;
-    const double fineness = adapt->state->fineness,
-                 whole = fineness * fmax(REACHES * path->radius, NEAR_CELLS * adapt->size),
+    const double least = fmax(NEAR_CELLS * adapt->size, path->radius + SKIN_CELLS * adapt->size),
+                 whole = adapt->state->fineness * fmax(REACHES * path->radius, least),
                  touched = fmin(whole, path->radius + adapt->size);
     return fmax(touched, whole / adapt->state->scale);
 }

@@ -5,9 +5,9 @@
 // more merge, a few in a tick, where that moves nothing by more than a twentieth of a cell.
 //
 // A path wants elements of the finest cells, or those of an eighth of its radius where that is
-// more, within REACHES radii of its axis, and at least NEAR_CELLS cells. A sweep looks for them
-// whenever a path has moved by half a cell, and every SWEEP_TICKS ticks. It looks only at bricks of
-// 64 elements of the coarsest level whose boxes are near a path.
+// more, within REACHES radii of its axis, at least NEAR_CELLS cells, and SKIN_CELLS beyond its
+// surface. A sweep looks for them whenever a path has moved by half a cell, and every SWEEP_TICKS
+// ticks. It looks only at bricks of 64 elements of the coarsest level whose boxes are near a path.
 //
 // All of it follows from the state, by counts, never by clocks. Step thread, except
 // cut_adapt_create.
