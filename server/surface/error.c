@@ -14,7 +14,7 @@
 enum { COARSE, FINER };
 
 // Steps of conjugate gradients in a round.
-enum { ITERATIONS = 12 };
+enum { ITERATIONS = 25 };
 // Factor on what is found, fitted to half of the scenes of tests/accuracy/error_walls.c.
 static const double SCALE = 1.25;
 
@@ -125,7 +125,8 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     error->topology = -1;
     error->rows = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count * ROW,
                                  model_real_size(model), "%s/rows copied", name);
-    error->size = ALLOCATE(ARENA_OUTPUT, model->node_count, float, "errors shown");
+    for (int k = 0; k < 2; k++)
+        error->size[k] = ALLOCATE(ARENA_OUTPUT, model->node_count, float, "errors shown");
     // What resists all motion, by area.
     double area = 0.0, hold = 0.0;
     for (int f = 0; f < mesh->triangle_count; f++)
@@ -201,7 +202,7 @@ static void copy_state(const SurfaceModel *model, const ErrorQuestion *question,
     // The tools in the coordinates of the rows.
     error->tool_count = 0;
     error->sums[0] = error->sums[1] = error->sums[2] = 0.0;
-    error->largest = 0.0F;
+    error->largest[1 - error->shown] = 0.0F;
     for (int t = 0; question != NULL && t < question->tool_count && t < ERROR_TOOLS; t++) {
         const Vec3 force = question->force[t];
         const double size = question->size[t], pushes = vec3_length(force);
@@ -244,17 +245,19 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         error->sums[1] += node->area * vec3_dot(error->moved[i], error->moved[i]);
         error->sums[2] += node->area * vec3_dot(u, u);
         const float size = (float)vec3_length(error->moved[i]);
-        error->size[node->model] = size;
-        error->largest = fmaxf(error->largest, size);
+        float *largest = &error->largest[1 - error->shown];
+        error->size[1 - error->shown][node->model] = size;
+        *largest = fmaxf(*largest, size);
     }
 }
 
 static void answer(SurfaceError *error, BodyError *out)
 {
     // After a bad number all begins again.
+    error->shown = 1 - error->shown;
     if (!isfinite(error->sums[1])) {
         error->topology = -1;
-        error->largest = 0.0F;
+        error->largest[error->shown] = 0.0F;
     }
     const double *sum = error->sums, scale = SCALE * error->order / sum[0];
     out->displacement = scale * sqrt(sum[1] / sum[0]);
@@ -381,9 +384,11 @@ void surface_snapshot_error(const void *self, unsigned char *share)
 {
     const SurfaceModel *model = self;
     const SurfaceError *error = model->error;
-    const float scale = error->largest > 0.0F ? 255.0F / error->largest : 0.0F;
-    for (int s = 0; s < model->shown.count; s++) {
+    const float largest = error->largest[error->shown];
+    memset(share, 0, (size_t)model->shown.count);
+    for (int s = 0; largest > 0.0F && s < model->shown.count; s++) {
         const int node = model->shown.id[s] >= 0 ? model->node[model->shown.row[s]] : -1;
-        share[s] = node >= 0 ? (unsigned char)(scale * error->size[node] + 0.5F) : 0;
+        const float part = node >= 0 ? error->size[error->shown][node] / largest : 0.0F;
+        share[s] = (unsigned char)(255.0F * fminf(part, 1.0F) + 0.5F);
     }
 }

@@ -146,9 +146,10 @@ typedef struct SurfaceError {
     Vec3 tool_coarse[ERROR_TOOLS], tool_finer[ERROR_TOOLS]; // that both walls give [N]
     double sums[3]; // area, and squares of errors and displacements times area
 
-    // --- the last complete round ---
-    float *size; // [nodes of the body] of its error [m]
-    float largest;
+    // --- what is shown of the last complete round, and what the present one writes ---
+    float *size[2];   // [nodes of the body] of their errors [m]
+    float largest[2]; // [m]
+    int shown;        // which of them
 
     bool driven; // it begins again when the topology changes; the round is part of the state
 } SurfaceError;
