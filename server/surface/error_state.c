@@ -62,7 +62,6 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->tool_coarse, 1, "tool_coarse");
     LIST(&error->tool_finer, 1, "tool_finer");
     LIST(&error->sums, 1, "sums");
-    LIST(&error->largest, 1, "largest");
 }
 
 bool surface_error_is_current(const SurfaceModel *model)

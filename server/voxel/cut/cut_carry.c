@@ -117,21 +117,21 @@ int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3]
 // ---------------------------------------------------------------------------------------------
 // Rows
 
-typedef float SingleNumbers __attribute__((vector_size(ROW * sizeof(float))));
-typedef double DoubleNumbers __attribute__((vector_size(ROW * sizeof(double))));
+typedef float SinglePart __attribute__((vector_size(16)));
+typedef double DoublePart __attribute__((vector_size(16)));
 
-#define REAL    float
-#define NUMBERS SingleNumbers
-#define FILL    fill_single
-#define MIX     mix_single
-#define UPDATE  update_single
+#define REAL   float
+#define PART   SinglePart
+#define FILL   fill_single
+#define PUT    put_single
+#define UPDATE update_single
 #include "voxel/cut/cut_carry_rows.h"
 
-#define REAL    double
-#define NUMBERS DoubleNumbers
-#define FILL    fill_double
-#define MIX     mix_double
-#define UPDATE  update_double
+#define REAL   double
+#define PART   DoublePart
+#define FILL   fill_double
+#define PUT    put_double
+#define UPDATE update_double
 #include "voxel/cut/cut_carry_rows.h"
 
 static bool is_single(const CutCarry *carry)
