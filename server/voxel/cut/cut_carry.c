@@ -471,7 +471,7 @@ unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot
 int cut_carry_corner(const CutLattice *lattice, int cell, int corner)
 {
     if (cut_lattice_is_leaf(lattice, cell))
-        return lattice->corner[cell][corner];
+        return cut_lattice_nodes(lattice, cell)[corner];
     const CutScratch *scratch = lattice->scratch;
     const int *at = lattice->element[cell].cell;
     const int point[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};

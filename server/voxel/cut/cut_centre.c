@@ -100,7 +100,7 @@ Vec3 cut_centre(CellCentres *centres, int cell)
     Vec3 sum = {0.0, 0.0, 0.0};
     if (cut_lattice_is_leaf(lattice, cell)) {
         for (int c = 0; c < NODE_CORNERS; c++)
-            sum = vec3_add(sum, vertex_at(centres, lattice->corner[cell][c]));
+            sum = vec3_add(sum, vertex_at(centres, cut_lattice_nodes(lattice, cell)[c]));
         return to_world(centres, vec3_scale(0.125, sum));
     }
     const int parent = lattice->element[cell].parent;

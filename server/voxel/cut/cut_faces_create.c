@@ -353,13 +353,17 @@ static void describe(CutFaces *faces, double size, Body *body)
 }
 
 // Returns the capacity in squares: ten times the outer ones, enough for cuts four times as large as
-// the surface; or all that can exist.
+// the surface; or all that can exist. Of a body that adapts twice the outer ones, as many as it has
+// vertices for.
 static int choose_capacity(const CutFaces *faces, int face_capacity)
 {
-    enum { LEAST = 512 };
+    enum { LEAST = 512, POOL = 16384 };
     if (face_capacity > 0)
         return face_capacity / 2;
-    const long most = 6L * faces->cell_count, wanted = 10L * faces->outer_squares + LEAST;
+    const long most = 6L * faces->cell_count, outer = faces->outer_squares,
+               pool = faces->lattice->leaf_row != NULL && outer + POOL < 9 * outer ? outer + POOL
+                                                                                   : 9 * outer,
+               wanted = outer + pool + LEAST;
     return (int)(wanted < most ? wanted : most);
 }
 

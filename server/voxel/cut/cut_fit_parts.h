@@ -18,7 +18,7 @@ void cut_fit_around(const CutFit *fit, CutMoved *at);
 static inline int cut_fit_corner(const CutFit *fit, int cell, int corner)
 {
     return fit->lattice->adapts ? cut_carry_corner(fit->lattice, cell, corner)
-                                : fit->lattice->corner[cell][corner];
+                                : cut_lattice_nodes(fit->lattice, cell)[corner];
 }
 // Returns the vertex at a point of a cell around it; -1: void, or a leaf of several cells.
 static inline int cut_fit_vertex_of(const CutFit *fit, const CutMoved *at, int slot)

@@ -267,6 +267,41 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         create_scratch_of_merging(lattice, name, arena);
 }
 
+// Sets how many leaves there may be: as many as a pool of vertices is good for. A cell takes about
+// one, less where many are together; around fine parts one larger leaf comes with eight cells or
+// more.
+static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int pool)
+{
+    enum { LEAST = 256 };
+    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
+    int now[2] = {0, 0};
+    for (int e = 0; e < lattice->element_count; e++) {
+        const int parent = lattice->element[e].parent;
+        now[e >= cells] += !divided[e] && (parent < 0 || divided[parent]);
+    }
+    const long most_cells = now[0] + 2L * pool + LEAST, most_larger = now[1] + pool / 8 + LEAST;
+    lattice->most_cells = most_cells < cells ? (int)most_cells : cells;
+    lattice->most_larger = most_larger < larger ? (int)most_larger : larger;
+}
+
+// Creates rows for the nodes of as many leaves as there may be.
+static void create_leaf_rows(CutLattice *lattice, const char *name, Arena *arena)
+{
+    lattice->leaf_row = ALLOCATE(ARENA_TOPOLOGY, lattice->element_count, int, "rows of leaves");
+    const int rows[2] = {lattice->most_cells, lattice->most_larger};
+    for (int kind = 0; kind < 2; kind++)
+        lattice->scratch->spare_row[kind] = ALLOCATE(ARENA_TOPOLOGY, rows[kind], int, "spare rows");
+}
+
+// Returns how many rows there are for nodes of leaves of level 0, or of others.
+static int leaf_rows(const CutLattice *lattice, int kind)
+{
+    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
+    if (lattice->leaf_row == NULL)
+        return kind == 0 ? cells : larger;
+    return kind == 0 ? lattice->most_cells : lattice->most_larger;
+}
+
 static void create_state(CutLattice *lattice, const char *name, Arena *arena, StateList *state)
 {
     const size_t elements = (size_t)lattice->element_count, cells = (size_t)lattice->level_first[1];
@@ -289,10 +324,10 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
         state_add(state, lattice->asked, elements, "%s/asked", name);
     }
     // Derived from these.
-    lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, cells, sizeof *lattice->corner, "%s/%s",
-                                     name, "corners");
-    lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, elements - cells, sizeof *lattice->node,
-                                   "%s/%s", name, "nodes");
+    lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)leaf_rows(lattice, 0),
+                                     sizeof *lattice->corner, "%s/%s", name, "corners");
+    lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)leaf_rows(lattice, 1),
+                                   sizeof *lattice->node, "%s/%s", name, "nodes");
     lattice->wanted = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "wanted divisions");
 }
 
@@ -348,19 +383,6 @@ static bool check_ids(const CutLattice *lattice, const char *name, Status *statu
                        INT_MAX / 16);
 }
 
-// Sets how many leaves there may be: as many as a pool of vertices is good for. A cell takes about
-// one, less where many are together; around fine parts one larger leaf comes with eight cells or
-// more.
-static void limit_leaves(CutLattice *lattice, int pool)
-{
-    enum { LEAST = 256 };
-    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
-    const int now = lattice->leaf_at_level[0], others = lattice->leaf_count - now;
-    const long most_cells = now + 2L * pool + LEAST, most_larger = others + pool / 8 + LEAST;
-    lattice->most_cells = most_cells < cells ? (int)most_cells : cells;
-    lattice->most_larger = most_larger < larger ? (int)most_larger : larger;
-}
-
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status)
 {
@@ -380,6 +402,10 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     // Elements, then vertices as in the uncut body.
     create_elements(lattice, name, making, arena);
     create_scratch(lattice, name, arena);
+    if (rests) {
+        limit_leaves(lattice, making->divided, capacity - count);
+        create_leaf_rows(lattice, name, arena);
+    }
     if (!check_ids(lattice, name, status))
         return false;
     create_state(lattice, name, arena, state);
@@ -398,8 +424,6 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
         cut_points_find_anchors(lattice);
     const bool sound = cut_lattice_derive(lattice);
     ASSERT(sound);
-    if (lattice->adapts)
-        limit_leaves(lattice, rests ? capacity - count : INT_MAX / 4);
     return true;
 }
 
@@ -601,6 +625,54 @@ static bool ids_are_valid(const CutLattice *lattice)
     return true;
 }
 
+void cut_parts_take_row(CutLattice *lattice, int element)
+{
+    CutScratch *scratch = lattice->scratch;
+    const int kind = !cut_parts_is_cell(lattice, element);
+    if (lattice->leaf_row == NULL)
+        return;
+    ASSERT(scratch->spare_count[kind] > 0); // cut_parts_allow
+    lattice->leaf_row[element] = scratch->spare_row[kind][--scratch->spare_count[kind]];
+}
+
+void cut_parts_give_row(CutLattice *lattice, int element)
+{
+    CutScratch *scratch = lattice->scratch;
+    const bool is_cell = cut_parts_is_cell(lattice, element);
+    int *nodes = cut_parts_nodes(lattice, element);
+    for (int n = 0; n < (is_cell ? NODE_CORNERS : NODE_COUNT); n++)
+        nodes[n] = -1;
+    if (lattice->leaf_row == NULL)
+        return;
+    scratch->spare_row[!is_cell][scratch->spare_count[!is_cell]++] = lattice->leaf_row[element];
+    lattice->leaf_row[element] = -1;
+}
+
+static void forget_rows(CutLattice *lattice)
+{
+    CutScratch *scratch = lattice->scratch;
+    memset(lattice->corner, -1, (size_t)leaf_rows(lattice, 0) * sizeof *lattice->corner);
+    memset(lattice->node, -1, (size_t)leaf_rows(lattice, 1) * sizeof *lattice->node);
+    if (lattice->leaf_row == NULL)
+        return;
+    memset(lattice->leaf_row, -1, (size_t)lattice->element_count * sizeof *lattice->leaf_row);
+    for (int kind = 0; kind < 2; kind++) {
+        const int rows = leaf_rows(lattice, kind);
+        scratch->spare_count[kind] = rows;
+        for (int k = 0; k < rows; k++) // the lowest is taken first
+            scratch->spare_row[kind][k] = rows - 1 - k;
+    }
+}
+
+// True if there are no more leaves than there may be.
+static bool leaves_are_allowed(const CutLattice *lattice)
+{
+    int count[2] = {0, 0};
+    for (int e = 0; e < lattice->element_count; e++)
+        count[!cut_parts_is_cell(lattice, e)] += cut_lattice_is_leaf(lattice, e);
+    return count[0] <= lattice->most_cells && count[1] <= lattice->most_larger;
+}
+
 static void enter_leaves(CutLattice *lattice)
 {
     const long margin =
@@ -613,6 +685,7 @@ static void enter_leaves(CutLattice *lattice)
         if (cut_lattice_is_leaf(lattice, e)) {
             lattice->leaf_count++;
             lattice->leaf_at_level[lattice->element[e].level]++;
+            cut_parts_take_row(lattice, e);
             cut_parts_enter_leaf(lattice, e);
         }
 }
@@ -690,12 +763,11 @@ bool cut_lattice_derive(CutLattice *lattice)
 {
     cut_lattice_forget_changes(lattice);
     // Forget what was derived before.
-    const size_t cells = (size_t)lattice->level_first[1];
-    memset(lattice->corner, -1, cells * sizeof *lattice->corner);
-    memset(lattice->node, -1, ((size_t)lattice->element_count - cells) * sizeof *lattice->node);
+    forget_rows(lattice);
     lattice->wanted_count = 0;
     // Bits first; then vertices, which must be those of the ids.
-    if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice))
+    if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice) ||
+        !leaves_are_allowed(lattice))
         return false;
     enter_leaves(lattice);
     if (lattice->adapts)

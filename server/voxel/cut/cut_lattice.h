@@ -135,9 +135,12 @@ typedef struct CutLattice {
                             // adapts, else NULL
 
     // --- follows from it ---
-    int (*corner)[NODE_CORNERS]; // [elements of level 0] vertices; -1 unless it is a leaf
-    int (*node)[NODE_COUNT];     // [element - level_first[1]] of the others; -1: absent
-    bool *carried;               // [kept_end] shown, but no element has it now
+    // Vertices of leaves, at cut_lattice_row: corners of those of level 0, and nodes of others; -1:
+    // absent. Where every element has a row, those of elements that are no leaves are all -1.
+    int (*corner)[NODE_CORNERS];
+    int (*node)[NODE_COUNT];
+    int *leaf_row; // [element] -1: not a leaf. NULL: every element has a row
+    bool *carried; // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
     // Elements that must be divided, because a bit is broken in or on them, or a neighbour is two
     // levels finer, or on request (cut_lattice_want): by level, the coarsest first, then by number.
@@ -185,11 +188,24 @@ static inline int cut_lattice_which(const CutLattice *lattice, int element)
     return c;
 }
 
+// Returns the row of an element among those of level 0, or among the others; -1: it has none.
+static inline int cut_lattice_row(const CutLattice *lattice, int element)
+{
+    const int cells = lattice->level_first[1];
+    if (lattice->leaf_row != NULL)
+        return lattice->leaf_row[element];
+    return element < cells ? element : element - cells;
+}
+
 // Returns the vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.
 static inline const int *cut_lattice_nodes(const CutLattice *lattice, int element)
 {
-    return element < lattice->level_first[1] ? lattice->corner[element]
-                                             : lattice->node[element - lattice->level_first[1]];
+    static const int NONE[NODE_COUNT] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1,
+                                         -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    const int row = cut_lattice_row(lattice, element);
+    if (row < 0)
+        return NONE;
+    return element < lattice->level_first[1] ? lattice->corner[row] : lattice->node[row];
 }
 
 // Returns the finest cell at a position, as an element of level 0 (leaf or not); -1: void, gone or

@@ -17,9 +17,10 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 {
     const CutLattice *lattice = masses->lattice;
     const int vertices = lattice->vertex_capacity;
-    masses->share = arena_allocate(arena, ARENA_TOPOLOGY,
-                                   (size_t)(lattice->element_count - lattice->level_first[1]),
-                                   sizeof *masses->share, "%s/shares of mass", name);
+    const int larger = lattice->element_count - lattice->level_first[1];
+    masses->share = arena_allocate(
+        arena, ARENA_TOPOLOGY, (size_t)(lattice->leaf_row != NULL ? lattice->most_larger : larger),
+        sizeof *masses->share, "%s/shares of mass", name);
     // Scratch of a change.
     masses->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched vertices");
     masses->group = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "groups of vertices");
@@ -67,7 +68,7 @@ static void set_shares(CutMasses *masses, int element)
     const Template *shape =
         template_cache_shape(masses->templates, cut_shape_key(lattice, element));
     const double mass = shape->share * mass_of(masses, element);
-    double *share = masses->share[element - lattice->level_first[1]];
+    double *share = masses->share[cut_lattice_row(lattice, element)];
     for (int i = 0; i < shape->count; i++)
         share[shape->node[i]] = masses->law == VOXEL_MIYAZAKI2004 ? mass / shape->count
                                                                   : 0.125 * shape->weight[i] * mass;
@@ -141,7 +142,7 @@ static void set_mass(CutMasses *masses, int vertex)
         if (leaf[s] < 0)
             continue;
         if (leaf[s] < cells) { // has the point at the opposite corner
-            if (lattice->corner[leaf[s]][7 - s] != vertex)
+            if (cut_lattice_nodes(lattice, leaf[s])[7 - s] != vertex)
                 continue;
             mass += 0.125 * mass_of(masses, leaf[s]);
         } else {
@@ -149,9 +150,9 @@ static void set_mass(CutMasses *masses, int vertex)
             for (int t = 0; t < s; t++)
                 counted |= leaf[t] == leaf[s];
             const int node = counted ? -1 : cut_lattice_node_at(lattice, leaf[s], point);
-            if (counted || lattice->node[leaf[s] - cells][node] != vertex)
+            if (counted || cut_lattice_nodes(lattice, leaf[s])[node] != vertex)
                 continue;
-            mass += masses->share[leaf[s] - cells][node];
+            mass += masses->share[cut_lattice_row(lattice, leaf[s])][node];
         }
     }
     ASSERT(mass > 0.0);

@@ -35,7 +35,7 @@ typedef struct CutMasses {
         *held; // [lattice point] bit s: the part that contains the cell in slot s is fixed there
 
     // --- follows from the lattice ---
-    double (*share)[NODE_COUNT]; // [element - level_first[1]] of leaves: the part of its mass at
+    double (*share)[NODE_COUNT]; // [cut_lattice_row] of larger leaves: the part of its mass at
                                  // each node's vertex [kg]
 
     double *node_mass; // [vertex_capacity] that contacts see: of the finest cells of a vertex's

@@ -252,6 +252,7 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
 static void hand_up(CutLattice *lattice, int element)
 {
     const CutScratch *scratch = lattice->scratch;
+    cut_parts_take_row(lattice, element);
     int *nodes = cut_parts_nodes(lattice, element);
     for (int n = 0; n < NODE_COUNT; n++)
         nodes[n] = -1;
@@ -259,7 +260,7 @@ static void hand_up(CutLattice *lattice, int element)
         const int child = cut_lattice_child(lattice, element, c);
         if (child < 0)
             continue;
-        int *old = cut_parts_nodes(lattice, child);
+        const int *old = cut_lattice_nodes(lattice, child);
         for (int k = 0; k < NODE_CORNERS; k++) {
             const int node =
                 scratch->node_at[(c & 1) + (k & 1) + 3 * ((c >> 1 & 1) + (k >> 1 & 1)) +
@@ -267,9 +268,7 @@ static void hand_up(CutLattice *lattice, int element)
             if (node >= 0 && nodes[node] < 0)
                 nodes[node] = old[k];
         }
-        const int count = cut_parts_is_cell(lattice, child) ? NODE_CORNERS : NODE_COUNT;
-        for (int k = 0; k < count; k++)
-            old[k] = -1;
+        cut_parts_give_row(lattice, child);
     }
 }
 

@@ -40,6 +40,7 @@ typedef struct CutScratch {
     int old[NODE_COUNT];           // vertices of the element that is being divided
     // Of a body that adapts.
     CutFreeRows free;
+    int *spare_row[2], spare_count[2]; // rows of no leaf, of level 0 and larger; `leaf_row`
     int left_larger;          // leaves above level 0 that are none any more, in this change
     unsigned char *is_wanted; // [element] in `wanted`
     bool *is_ended;           // [vertex] in changes.ended
@@ -71,8 +72,8 @@ static inline bool cut_parts_is_cell(const CutLattice *lattice, int element)
 
 static inline int *cut_parts_nodes(CutLattice *lattice, int element)
 {
-    return cut_parts_is_cell(lattice, element) ? lattice->corner[element]
-                                               : lattice->node[element - lattice->level_first[1]];
+    const int row = cut_lattice_row(lattice, element);
+    return cut_parts_is_cell(lattice, element) ? lattice->corner[row] : lattice->node[row];
 }
 
 static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
@@ -92,6 +93,10 @@ static inline void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
 {
     cut_parts_enter(lattice, lattice->element[leaf].cell, lattice->element[leaf].level, leaf);
 }
+
+// Gives a new leaf a row, or takes that of one that is none any more; its nodes are -1 then.
+void cut_parts_take_row(CutLattice *lattice, int element);
+void cut_parts_give_row(CutLattice *lattice, int element);
 
 // Returns how many vertices can still come.
 static inline int cut_parts_room(const CutLattice *lattice)

@@ -32,10 +32,10 @@ int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
 // Returns where the leaf in a slot stores its vertex for the point.
 static int *entry_in(CutLattice *lattice, int leaf, int slot, const int point[3])
 {
+    int *nodes = cut_parts_nodes(lattice, leaf);
     if (cut_parts_is_cell(lattice, leaf))
-        return &lattice->corner[leaf][7 - slot]; // the opposite corner
-    return &lattice
-                ->node[leaf - lattice->level_first[1]][cut_lattice_node_at(lattice, leaf, point)];
+        return &nodes[7 - slot]; // the opposite corner
+    return &nodes[cut_lattice_node_at(lattice, leaf, point)];
 }
 
 // The parts at a point, and the slots with a solid cell: bits.

@@ -152,7 +152,8 @@ static void add_cell(const VoxelCuts *cuts, const void *row, int cell, RemovalOu
     Vec3 sum = {0.0, 0.0, 0.0};
     for (int c = 0; c < NODE_CORNERS; c++) {
         Vec3 position, velocity;
-        rows_read(cuts->blades.rows, row, cuts->lattice.corner[cell][c], &position, &velocity);
+        rows_read(cuts->blades.rows, row, cut_lattice_nodes(&cuts->lattice, cell)[c], &position,
+                  &velocity);
         sum = vec3_add(sum, velocity);
     }
     outcome->removed++;

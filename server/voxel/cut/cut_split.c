@@ -283,6 +283,7 @@ static void hand_down(CutLattice *lattice, int element)
         const int child = cut_lattice_child(lattice, element, c);
         if (child < 0)
             continue;
+        cut_parts_take_row(lattice, child);
         int *nodes = cut_parts_nodes(lattice, child);
         for (int k = 0; k < NODE_CORNERS; k++) {
             const int node =
@@ -292,8 +293,7 @@ static void hand_down(CutLattice *lattice, int element)
         }
     }
     // The parent is no leaf any more.
-    for (int n = 0; n < NODE_COUNT; n++)
-        old[n] = -1;
+    cut_parts_give_row(lattice, element);
 }
 
 // Lists the broken faces of a cell that has become a leaf.
@@ -531,10 +531,9 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
         lattice->leaf_at_level[0]--;
         scratch->grid[cut_parts_grid(lattice, at[0], at[1], at[2])] = -1;
         cut_parts_list_element(lattice, cell[k]);
-        for (int c = 0; c < NODE_CORNERS; c++) {
-            cut_parts_list_lost(lattice, lattice->corner[cell[k]][c]);
-            lattice->corner[cell[k]][c] = -1;
-        }
+        for (int c = 0; c < NODE_CORNERS; c++)
+            cut_parts_list_lost(lattice, cut_lattice_nodes(lattice, cell[k])[c]);
+        cut_parts_give_row(lattice, cell[k]);
     }
     // Then the vertices at their corners, each point once.
     for (int k = 0; k < count; k++)

@@ -115,7 +115,8 @@ static int advance(const CutTension *tension, Trace *trace)
 
 static bool is_fixed(const CutTension *tension, int leaf, int face)
 {
-    const int *vertex = tension->faces->lattice->corner[leaf], *corner = SQUARE_CORNER[face];
+    const int *vertex = cut_lattice_nodes(tension->faces->lattice, leaf),
+              *corner = SQUARE_CORNER[face];
     const Vertices *vertices = tension->vertices;
     return vertices_is_fixed(vertices, vertex[corner[0]]) &&
            vertices_is_fixed(vertices, vertex[corner[1]]) &&

@@ -67,8 +67,8 @@ static double opening(const CutWorld *world, int cell, int axis, Vec3 along, Vec
     *middle = apart;
     for (int c = 0; c < 4; c++) {
         const int low = (c & 1) << (axis + 1) % 3 | (c >> 1) << (axis + 2) % 3;
-        const int here = lattice->corner[cell][low | 1 << axis],
-                  there = lattice->corner[beyond][low];
+        const int here = cut_lattice_nodes(lattice, cell)[low | 1 << axis],
+                  there = cut_lattice_nodes(lattice, beyond)[low];
         rows_read(&vertices->rows, vertices_row(vertices), there, &x, NULL);
         apart = vec3_madd(apart, 0.25, x);
         rows_read(&vertices->rows, vertices_row(vertices), here, &x, NULL);
