@@ -131,7 +131,7 @@ TEST(a_homogeneous_strain_has_no_error)
     }
     // Only rounding, 1e-16 of the sheet's size over the springs' condition. Springs that are
     // counted twice or left out where levels meet move nodes by a fifth of strain times edge
-    // (detail/README.md), 1e-4 m.
+    // (server/surface/detail/README.md), 1e-4 m.
     const BodyError error = rounds_of(&bench, 3);
     print_message("%.2g m, relative %.2g\n", error.displacement, error.relative);
     expect_at_most(error.displacement, 1e-12);
