@@ -2,8 +2,8 @@
 // pliant-error-walls CONFIG [NAME...]: estimated and true errors of walls (BodyOps.estimate), a
 // line for each scene, for the scenes whose names contain a NAME. CONFIG: the folder of the shipped
 // scenes. The truth is the same body refined once more everywhere, under the same loads and the
-// same ways of tools. Scenes marked "fit" are those to which the factor of surface/error.c was
-// fitted, the others test it.
+// same ways of tools. The scenes marked "fit" and those marked "test" are rated apart: either half
+// asks for the same factor (error_walls.md).
 #include "run.h"
 #include "scoped.h"
 
