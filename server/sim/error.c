@@ -26,18 +26,20 @@ _Static_assert((int)ERROR_TOOLS >= (int)SIM_TOOLS, "a question has all tools of 
 // A driven body gets finer by a step when its error is above the target, and coarser when it is
 // below this part of it: one step changes an error by far less, so that it comes to rest between.
 static const double LOW = 0.5;
-// A step has to lower the error by this part of it, or it is not worth its elements: what is left
-// is not due to detail. Then none is tried until the error has grown by so much.
-static const double WORTH = 0.02, GROWN = 1.25;
-// Rounds after a step before the error is looked at again, since elements follow in some ticks; and
-// below the target before a step is taken back: doubled each time that this was wrong, up to about
-// ten seconds.
-enum { SETTLE = 1, PATIENCE = 4, MOST_PATIENCE = 128 };
+// So many times more elements have to lower the error by this part of it, or they are not worth it:
+// what is left is not due to detail. Then no more are tried until the error has grown by so much.
+static const double MORE = 1.5, WORTH = 0.1, GROWN = 1.25;
+// Rounds after a step before the error is looked at again, since elements follow in some ticks, and
+// the estimate of a wall in some rounds.
+enum { SETTLE_SOLID = 1, SETTLE_WALL = 3 };
+// Rounds below the target before a step is taken back: doubled each time that this was wrong, up to
+// about ten seconds.
+enum { PATIENCE = 4, MOST_PATIENCE = 128 };
 static const double DRIVE_HZ = 20.0; // rounds, at most
 static const double FINENESS_STEP = 1.1;
-// Powers of FINENESS_STEP: factors of 0.68 to 2.6 for solids, 1/17 to 17 for walls, whose levels
-// are far apart, and whose rounds are long: their steps are three at once.
-enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_MOST = 30, WALL_STEP = 3 };
+// Powers of FINENESS_STEP: factors of 0.68 to 2.6 for solids; of 1/14 to 950 for walls, whose
+// levels are far apart: their steps are four at once.
+enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_LEAST = -28, WALL_MOST = 72, WALL_STEP = 4 };
 
 // What is known of one body; plain data.
 typedef struct BodyRounds {
@@ -49,7 +51,9 @@ typedef struct BodyRounds {
     // --- of a driven body ---
     int64_t fineness; // power of FINENESS_STEP
     int64_t settles;  // rounds left after a step
-    double before;    // error before the last step, if that went finer; else 0
+    // Before the last steps to finer elements, until these are worth it.
+    double before; // error; 0: none since
+    int64_t elements, from;
     double stuck;     // error that no more detail has lowered; 0: none
     int64_t calm;     // rounds below in a row
     int64_t patience; // so many before a step is taken back; 0: PATIENCE
@@ -148,7 +152,8 @@ bool errors_check(const Sim *sim)
         sound = now->tool[i] >= 0 && now->tool[i] < sim->tool_count;
     for (int b = 0; sound && b < sim->body_count; b++) {
         const BodyRounds *body = &sim->drive->body[b];
-        sound = body->fineness >= -WALL_MOST && body->fineness <= WALL_MOST && body->calm >= 0 &&
+        sound = body->fineness >= WALL_LEAST && body->fineness <= WALL_MOST &&
+                body->from >= WALL_LEAST && body->from <= WALL_MOST && body->calm >= 0 &&
                 body->settles >= 0 && body->patience >= 0 && body->patience <= MOST_PATIENCE &&
                 body->returned >= 0;
     }
@@ -308,22 +313,24 @@ static double fineness_of(int64_t steps)
 static void set_fineness(Body *body, BodyRounds *at, int64_t steps)
 {
     at->fineness = steps;
-    at->settles = SETTLE;
+    at->settles = body->surface.solid ? SETTLE_SOLID : SETTLE_WALL;
     at->calm = 0;
     body->ops->set(body->model, BODY_ADAPT_FINENESS, fineness_of(steps));
+}
+
+// True if the last steps have made elements finer and were not worth them.
+static bool is_in_vain(BodyRounds *at, double error, double target, int elements)
+{
+    const double before = at->before;
+    if (before == 0.0 || (error > target && elements < MORE * (double)at->elements))
+        return false; // it is too early to say
+    at->before = 0.0;
+    return error > target && error > (1.0 - WORTH) * before && error < GROWN * before;
 }
 
 // Returns the change of detail for an error: a step or none.
 static int choose(BodyRounds *at, double error, double target)
 {
-    // Has the last step been worth it?
-    const double before = at->before;
-    at->before = 0.0;
-    if (before > 0.0 && error > target && error > (1.0 - WORTH) * before &&
-        error < GROWN * before) {
-        at->stuck = error;
-        return -1;
-    }
     if (error < target || error > GROWN * at->stuck)
         at->stuck = 0.0;
     at->calm = error < LOW * target ? at->calm + 1 : 0;
@@ -338,7 +345,7 @@ static void drive(Sim *sim, ErrorRounds *errors)
     BodyRounds *at = &errors->body[errors->now->at];
     Body *body = &sim->body[errors->now->at];
     const int64_t most = body->surface.solid ? SOLID_MOST : WALL_MOST,
-                  least = body->surface.solid ? SOLID_LEAST : -WALL_MOST,
+                  least = body->surface.solid ? SOLID_LEAST : WALL_LEAST,
                   step = body->surface.solid ? 1 : WALL_STEP;
     double target, scale = 1.0;
     const double error = driving_error(sim, errors);
@@ -357,15 +364,25 @@ static void drive(Sim *sim, ErrorRounds *errors)
         at->settles--;
         return;
     }
+    if (is_in_vain(at, error, target, body->element_count)) {
+        at->stuck = error;
+        set_fineness(body, at, at->from);
+        return;
+    }
     const int change = choose(at, error, target);
     if (change > 0 && at->fineness < most) {
         if (at->returned <= at->patience && at->patience < MOST_PATIENCE)
             at->patience *= 2;
         at->returned = MOST_PATIENCE;
-        at->before = error;
+        if (at->before == 0.0) {
+            at->before = error;
+            at->elements = body->element_count;
+            at->from = at->fineness;
+        }
         set_fineness(body, at, at->fineness + step);
     } else if (change < 0 && at->fineness > least) {
         at->returned = 0;
+        at->before = 0.0;
         set_fineness(body, at, at->fineness - step);
     }
 }
