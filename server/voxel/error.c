@@ -394,8 +394,25 @@ static void compare(const VoxelModel *model, const ErrorQuestion *question, cons
 // ---------------------------------------------------------------------------------------------
 // A round
 
-// Goes through the batches in use from number `next` on, hanging ones after the plain ones. True
-// when there is none left.
+// Returns the first batch in use from number `next` on, hanging ones counted after the plain ones,
+// and where its run ends; -1: there is none. Runs come in any order.
+static int find_batch(const BatchRuns *runs, int next, int *end)
+{
+    int found = -1;
+    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
+        const BatchRun run = runs->run[k];
+        const int before = k >= runs->run_end[BATCH_PLAIN][1] ? runs->plain.batch_count : 0;
+        const int first = before + run.first, last = first + run.count;
+        const int from = first > next ? first : next;
+        if (from < last && (found < 0 || from < found)) {
+            found = from;
+            *end = last;
+        }
+    }
+    return found;
+}
+
+// Goes through the batches in use from number `next` on. True when there is none left.
 static bool through_elements(const VoxelModel *model, const ErrorQuestion *question, int *budget)
 {
     VoxelError *error = model->error;
@@ -406,13 +423,11 @@ static bool through_elements(const VoxelModel *model, const ErrorQuestion *quest
             .kind = REGION_CAPSULE, .from = question->tool[t], .to = question->tool[t]};
         tool[t] = rows_region(&model->vertices.rows, &there).from;
     }
-    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
-        const BatchRun run = runs->run[k];
-        const bool hanging = k >= runs->run_end[BATCH_PLAIN][1];
+    int end = 0;
+    for (int batch; (batch = find_batch(runs, error->next, &end)) >= 0;) {
+        const bool hanging = batch >= runs->plain.batch_count;
         const int before = hanging ? runs->plain.batch_count : 0;
-        if (error->next < before + run.first)
-            error->next = before + run.first;
-        for (; error->next < before + run.first + run.count; error->next++) {
+        for (error->next = batch; error->next < end; error->next++) {
             if (*budget <= 0)
                 return false;
             ErrorElement e;
