@@ -21,7 +21,8 @@ static SurfaceOptions adapting(int levels, double force, double speed, double cu
                                double check_hz)
 {
     SurfaceOptions options = bench_options(levels, 0);
-    options.adapt = (SurfaceAdapt){force, speed, curvature, check_hz, 0};
+    options.adapt = (SurfaceAdapt){
+        .force = force, .speed = speed, .curvature = curvature, .check_hz = check_hz};
     return options;
 }
 
