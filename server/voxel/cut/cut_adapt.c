@@ -21,9 +21,9 @@ static const double URGENT_TIME = 5e-3; // in which a tool is where it is about 
 static const double RESIDUAL = 0.05;    // largest motion of a vertex by a merge [cells]
 enum {
     SWEEP_TICKS = 20,  // at the longest, between sweeps
-    SPREAD_TICKS = 8,  // in which what waits is to be divided
+    SPREAD_TICKS = 16, // in which what waits is to be divided
     BOX_TICKS = 64,    // at the longest, between two boxes of a brick
-    MERGE_BUDGET = 8,  // merges in a tick
+    MERGE_BUDGET = 3,  // merges in a tick
     LOOKS = 16,        // elements that are looked at for merges in a tick
     LOOK_WORDS = 1024, // words of 64 elements, likewise
 };
