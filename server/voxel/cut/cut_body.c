@@ -659,6 +659,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
     if (!cut_faces_create(&cuts->faces, &cuts->pieces, &cuts->masses, making, body, arena, state,
                           status))
         return false;
+    if (cuts->faces.found != NULL)
+        cuts->faces.carry = cuts->carry;
     if (options->field != NULL && !options->publish_all) {
         cuts->fit = ALLOCATE(ARENA_OUTPUT, 1, CutFit, "fit");
         cut_fit_create(cuts->fit, &cuts->faces, &cuts->lattice, making, body, arena, state);

@@ -3,7 +3,9 @@
 // thread.
 #include "voxel/cut/cut_faces.h"
 
+#include "base/bits.h"
 #include "base/check.h"
+#include "geometry/box.h"
 #include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
@@ -498,11 +500,69 @@ bool cut_faces_has_room_to_remove(const CutFaces *faces, int cells, int *needed,
     return cut_faces_has_room(faces, 3 * cells, needed, room);
 }
 
+// Notes the slot of a vertex with faces that is within a region.
+static void note_within(const CutFaces *faces, const RegionTest *test, int vertex)
+{
+    const Vertices *vertices = faces->vertices;
+    const int slot = faces->slot_of[vertex];
+    if (slot >= 0 && faces->start[vertex] != faces->end[vertex] &&
+        region_contains(test, rows_local(&vertices->rows, vertices->present, vertex)))
+        bits_add(faces->found, slot);
+}
+
+// True if a region may reach into the box of an element's vertices.
+static bool region_meets(const CutFaces *faces, const RegionTest *test, int element)
+{
+    const Vertices *vertices = faces->vertices;
+    const int *node = cut_lattice_nodes(faces->lattice, element);
+    Box box = box_empty();
+    for (int n = 0; n < NODE_COUNT; n++)
+        if (node[n] >= 0)
+            box_add(&box, rows_local(&vertices->rows, vertices->present, node[n]));
+    const Vec3 off = vec3_sub(box_middle(&box), test->middle), size = box_size(&box);
+    // Larger by more than rounding: what is carried is between the vertices.
+    const double grown = 0.5 + 1e-6;
+    return fabs(off.x) <= test->halfway.x + grown * size.x &&
+           fabs(off.y) <= test->halfway.y + grown * size.y &&
+           fabs(off.z) <= test->halfway.z + grown * size.z;
+}
+
+// Of a body most of whose vertices others carry: looks at those that move by themselves, and at
+// those of elements that the region meets.
+static int find_with_carried(const CutFaces *faces, const RegionTest *test, int *node, int capacity)
+{
+    const Vertices *vertices = faces->vertices;
+    const CutCarry *carry = faces->carry;
+    const int words = bits_words((int)*faces->slot_count), cells = faces->lattice->level_first[1];
+    for (int r = 0; r < vertices->run_count; r++)
+        for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
+            note_within(faces, test, v);
+    for (int k = 0; k < carry->leaf_count; k++) {
+        const int at = carry->leaf[k] - cells;
+        if (!region_meets(faces, test, carry->leaf[k]))
+            continue;
+        for (int i = carry->first[at]; i < carry->end[at]; i++)
+            note_within(faces, test, carry->vertex[i]);
+    }
+    int found = 0;
+    for (int word = 0; word < words; word++) {
+        for (uint64_t left = faces->found[word]; left != 0; found++) {
+            const int slot = bits_take(&left, word);
+            if (found < capacity)
+                node[found] = faces->slot_vertex[slot];
+        }
+        faces->found[word] = 0;
+    }
+    return found;
+}
+
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity)
 {
     const Vertices *vertices = faces->vertices;
     const Region here = rows_region(&vertices->rows, region);
     const RegionTest test = region_test(&here);
+    if (faces->carry != NULL)
+        return find_with_carried(faces, &test, node, capacity);
     int found = 0;
     for (int slot = 0; slot < *faces->slot_count; slot++) {
         const int i = faces->slot_vertex[slot];

@@ -2,6 +2,7 @@
 // Derives the faces of a cut body: at load, and after the state was replaced.
 #include "voxel/cut/cut_faces.h"
 
+#include "base/bits.h"
 #include "base/check.h"
 #include "voxel/lattice_faces.h"
 
@@ -308,6 +309,8 @@ static void create_mesh(CutFaces *faces, const char *name, Arena *arena)
                                          sizeof *faces->triangle, "%s/triangles", name);
     faces->cell_of = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "cells of vertices");
     faces->slot_of = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "slots of vertices");
+    if (faces->lattice->adapts && !faces->all)
+        faces->found = ALLOCATE(ARENA_CONTACT, bits_words(vertices), uint64_t, "slots found");
     faces->id = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node ids");
     faces->origin = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node origins");
     faces->piece = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node pieces");

@@ -3,6 +3,7 @@
 // budget; restored states; bodies that stay bent; tools that meet what did not see them come.
 #include "scoped.h"
 #include "test.h"
+#include "random.h"
 #include "sim_steps.h"
 #include "voxel_world.h"
 
@@ -145,6 +146,44 @@ TEST(restored_states_adapt_alike)
         assert_true(cuts_of(&world)->adapt->divided + cuts_of(&world)->adapt->merged > divided);
         resume(&world.state, world.sim, begin);
     }
+}
+
+// What tools search is found among the few vertices that move and the elements that carry others,
+// as by looking at all of them.
+TEST(regions_have_the_nodes_that_are_in_them)
+{
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    cube_create(&world, 2);
+    const CutFaces *faces = &cuts_of(&world)->faces;
+    const int count = (int)*faces->slot_count;
+    FREED int *node = malloc((size_t)count * sizeof *node);
+    uint64_t seed = 71;
+    int most = 0;
+    assert_non_null(faces->carry);
+    for (int tick = 0; tick < COME + DRAG; tick++) {
+        step_at(&world, tick);
+        const Region region = {
+            .kind = tick % 10 == 0 ? REGION_BELOW_PLANE : REGION_CAPSULE,
+            .from = vec3(random_between(&seed, -0.06, 0.06), random_between(&seed, -0.06, 0.06),
+                         random_between(&seed, -0.06, 0.06)),
+            .to = tick % 10 == 0 ? vec3(0.0, 0.6, 0.8) : vec3(0.0, 0.0, 0.05),
+            .radius = tick % 10 == 0 ? 0.001 : random_between(&seed, 0.002, 0.03)};
+        const RegionTest test = region_test(&region);
+        const int found = world.body->ops->find_nodes(world.body->model, &region, node, count);
+        int expected = 0;
+        for (int slot = 0; slot < count; slot++) {
+            Vec3 x;
+            const int v = faces->slot_vertex[slot];
+            world.body->ops->read_nodes(world.body->model, &v, 1, &x, NULL);
+            if (faces->start[v] == faces->end[v] || !region_contains(&test, x))
+                continue;
+            assert_true(expected < found && node[expected] == v);
+            expected++;
+        }
+        assert_int_equal(found, expected);
+        most = found > most ? found : most;
+    }
+    assert_true(most > 100);
 }
 
 // --- bodies that stay bent ---
