@@ -32,8 +32,8 @@ typedef struct AdaptState {
     int64_t brick; // whose box is made next
     int64_t count; // paths of the last sweep
     Approach swept[APPROACH_MOST];
-    double scale;   // BODY_ADAPT_SCALE: divides how far around paths elements are fine
-    int64_t finest; // BODY_ADAPT_LEVEL: levels by which elements may be finer than the coarsest
+    double scale;    // BODY_ADAPT_SCALE: divides how far around paths elements are fine
+    int64_t finest;  // BODY_ADAPT_LEVEL: levels by which elements may be finer than the coarsest
     double error;    // BODY_ADAPT_ERROR; 0: the body is not driven by it
     double fineness; // BODY_ADAPT_FINENESS
 } AdaptState;
