@@ -122,8 +122,8 @@ typedef enum BodyParameter {
                       // body. Solids: by how many levels tools make elements finer than the
                       // coarsest
     BODY_ADAPT_ERROR, // relative error to which detail is steered; not for other bodies
-    BODY_ADAPT_FINENESS, // by how much that changes it: divides the thresholds, above 1 not that
-                         // of speed; solids: multiplies how far around tools elements are fine
+    BODY_ADAPT_FINENESS, // by how much that changes it: divides the thresholds; solids: multiplies
+                         // how far around tools elements are fine
 } BodyParameter;
 
 // Ranges of what a scene gives and SET changes, as both print them; bounds included.

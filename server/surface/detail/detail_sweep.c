@@ -388,11 +388,10 @@ static void set_marks(const SurfaceModel *model, int64_t step, double tick, Mark
     DetailAdapt *adapt = &detail->adapt;
     const Sweep *sweep = adapt->sweep;
     const double pi = 3.14159265358979323846;
-    // Thresholds with their scales. More detail for the sake of the error is not for motion: that
-    // is estimated for the shape.
-    const double fineness = adapt->drive->fineness, scale = sweep->scale / fineness;
+    // Thresholds with their scales.
+    const double scale = sweep->scale / adapt->drive->fineness;
     double turn = sweep->thresholds[2] * scale;
-    double speed = sweep->thresholds[1] * sweep->scale / fmin(1.0, fineness) * adapt->wave_speed;
+    double speed = sweep->thresholds[1] * scale * adapt->wave_speed;
     double force = sweep->thresholds[0] * scale * adapt->modulus / adapt->edge_length;
     *marks = (Marks){
         .cos_divide = turn < pi ? cos(turn) : -2.0,

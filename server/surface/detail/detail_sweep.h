@@ -43,7 +43,7 @@ typedef struct NodeLook {
 // Of a body that is driven by its error; plain data, then part of the state.
 typedef struct SweepDrive {
     double error;    // BODY_ADAPT_ERROR; 0: it is not
-    double fineness; // BODY_ADAPT_FINENESS: divides the thresholds; above 1 not that of speed
+    double fineness; // BODY_ADAPT_FINENESS: divides all three thresholds
 } SweepDrive;
 
 typedef struct DetailAdapt {
