@@ -72,9 +72,10 @@ CutPath cut_part(CutPath whole, int k, int m)
 // ---------------------------------------------------------------------------------------------
 // The finder
 
-void link_finder_create(LinkFinder *finder, int links, const char *name, Arena *arena)
+void link_finder_create(LinkFinder *finder, int links, int most, const char *name, Arena *arena)
 {
-    finder->met = ALLOCATE(ARENA_CONTACT, links, int, "links met");
+    finder->most = most;
+    finder->met = ALLOCATE(ARENA_CONTACT, most, int, "links met");
     finder->mark = ALLOCATE(ARENA_CONTACT, links, unsigned char, "marks of links");
 }
 
@@ -95,6 +96,9 @@ CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, in
 void link_finder_add(LinkFinder *finder, int link, int count)
 {
     if (!(finder->mark[link] & LINK_LISTED)) {
+        finder->full |= finder->met_count == finder->most;
+        if (finder->met_count == finder->most)
+            return;
         finder->mark[link] = LINK_LISTED;
         finder->met[finder->met_count++] = link;
     }
@@ -200,6 +204,7 @@ CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edge
 {
     const int64_t first = trail != NULL ? trail->tries : 0;
     finder->met_count = 0;
+    finder->full = false;
     for (finder->attempt = first; finder->attempt <= first + CUT_TRIES; finder->attempt++) {
         CutPoint to[2];
         if (try_shift(finder, edge, edges, trail, to, offer, model)) {

@@ -105,8 +105,10 @@ typedef struct LinkFinder {
     bool hashed; // commands are always shifted, by a hash of where their edges lie: alike when they
                  // are repeated after the tissue has moved a little
     // --- result of the last sweep ---
-    int *met, met_count; // [links] in the order found
-    int64_t attempt;     // with which it was decided
+    int *met, met_count; // [most] in the order found
+    int most;
+    bool full;       // more were met
+    int64_t attempt; // with which it was decided
     // --- the sweep under way ---
     CutPath edge[2];
     int parts;                           // sub-ticks,
@@ -118,8 +120,9 @@ typedef struct LinkFinder {
 // pieces. False as soon as that returns false.
 typedef bool LinkOffer(LinkFinder *finder, void *model);
 
-// Load time: allocates for this many links. The arena owns the arrays.
-void link_finder_create(LinkFinder *finder, int links, const char *name, Arena *arena);
+// Load time: allocates for this many links, of which a sweep meets `most` at most. The arena owns
+// the arrays.
+void link_finder_create(LinkFinder *finder, int links, int most, const char *name, Arena *arena);
 // Returns CUT_DONE if a path of edges can be tested, else CUT_TOO_LARGE or CUT_TOO_TWISTED.
 CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, int edges);
 // Tests what the model offers against the sweeps from edge[0] over all others to edge[edges - 1].

@@ -79,7 +79,7 @@ static void take_tables(PlaneCut *cut, const char *name, Arena *arena)
     cut->quarters_before = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "quarters before");
     cut->mass_before = ALLOCATE(ARENA_TOPOLOGY, most, double, "masses before");
     cut->birth = ALLOCATE(ARENA_TOPOLOGY, 2 * most, NodeBirth, "births");
-    link_finder_create(&cut->links, 2 * cut->cell_count, name, arena);
+    link_finder_create(&cut->links, 2 * cut->cell_count, 2 * cut->cell_count, name, arena);
     // Of published nodes.
     cut->origin_id = ALLOCATE(ARENA_TOPOLOGY, most, int, "vertex origins");
     cut->parent = ALLOCATE_ROWS(most, cut->parent, "vertex parents");

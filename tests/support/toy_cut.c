@@ -282,7 +282,7 @@ void toy_cuts_create(Toy *toy, const char *name, const TriMesh *mesh, const ToyO
     toy->faces = toy->base_faces;
     toy->nodes = cuts->node_limit = 3 * toy->faces;
     take_links(toy, name, mesh, arena);
-    link_finder_create(&cuts->finder, cuts->links, name, arena);
+    link_finder_create(&cuts->finder, cuts->links, cuts->links, name, arena);
     TOY_ARRAY(cuts->links, cuts->broken);
     TOY_ARRAY(1, cuts->used);
     TOY_ARRAY(toy->faces, toy->face);

@@ -29,7 +29,7 @@ void cut_find_create(CutFinder *finder, const Level *level, Vec3 origin, double 
                                     .q = h / CUT_FIND_UNITS,
                                     .tolerance = CUT_FIND_TOLERANCE * h,
                                     .hashed = true}};
-    link_finder_create(&finder->links, level->edge_count, name, arena);
+    link_finder_create(&finder->links, level->edge_count, level->edge_count, name, arena);
     finder->edge = arena_allocate(arena, ARENA_TOPOLOGY, edges, sizeof(int), "%s/cut_edge", name);
     finder->near = arena_allocate(arena, ARENA_TOPOLOGY, faces, sizeof(int), "%s/cut_near", name);
     finder->listed = arena_allocate(arena, ARENA_TOPOLOGY, faces, 1, "%s/cut_listed", name);

@@ -30,7 +30,7 @@ static CutCrossing crossing_of(const BladeSearch *search, CrossGradients *gradie
 {
     const CutBlades *blades = search->blades;
     const CutPath link[2] = {cut_near_path(search, cell),
-                             cut_near_path(search, blades->beyond[cell][axis])};
+                             cut_near_path(search, cut_near_beyond(blades, cell, axis))};
     return cut_crossing_find(&search->centres, gradients, blades->links.edge, link, cell, axis);
 }
 
@@ -45,6 +45,10 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
     const CutVerdict verdict = link_finder_sweep(links, edge, 2, trail, cut_near_offer, search);
     if (verdict != CUT_DONE || search->lost)
         return search->lost ? CUT_TOO_LARGE : verdict;
+    if (links->full) { // with more than there can be vertices for
+        blades->hit_count = links->met_count;
+        return CUT_DONE;
+    }
     // Of those met, list the ones that are not broken yet.
     CrossGradients gradients;
     memset(gradients.leaf, 0, sizeof gradients.leaf);
@@ -52,10 +56,12 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
         const int cell = links->met[k] / 3, axis = links->met[k] % 3;
         if (blades->lattice->broken[cell] >> axis & 1)
             continue;
+        const int hit = blades->hit_count++;
+        if (hit >= blades->hit_most)
+            continue;
         if (blades->crossing != NULL)
-            blades->crossing[blades->hit_count] = crossing_of(search, &gradients, cell, axis);
-        int *hit = blades->hit[blades->hit_count++];
-        hit[0] = cell, hit[1] = axis;
+            blades->crossing[hit] = crossing_of(search, &gradients, cell, axis);
+        blades->hit[hit][0] = cell, blades->hit[hit][1] = axis;
     }
     return blades->hit_count > 0 ? CUT_DONE : links->met_count > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
 }
@@ -68,7 +74,7 @@ static CutVerdict sweep_whole(CutBlades *blades, const void *row, const CutSweep
     cut_quantise_edge(&sweep->before, links->origin, links->q, from);
     cut_quantise_edge(&sweep->after, links->origin, links->q, to);
     // A command knows nothing of earlier positions: every cell is new.
-    memset(blades->whole.stamp, 0, (size_t)blades->cell_count * sizeof *blades->whole.stamp);
+    memset(blades->whole.stamp, 0, (size_t)blades->place_most * sizeof *blades->whole.stamp);
     search.now = 1, search.was = -1;
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
     cut_near_set_edge(&search, (CutPath[2]){{{from[0], to[0]}}, {{from[1], to[1]}}});
@@ -129,6 +135,7 @@ static CutVerdict find(CutBlades *blades, const void *row, double tick, const Cu
         return CUT_MET_NOTHING;
     // A stroke begins, and without memory goes on, at the first of these edges.
     const BladeEdge edge[2] = {begins ? sweep->after : sweep->before, sweep->after};
+    blades->place_count = 0;
     const CutVerdict verdict = link_finder_check(&blades->links, edge, 2);
     if (verdict != CUT_DONE)
         return verdict;
@@ -151,6 +158,24 @@ bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutS
 // ---------------------------------------------------------------------------------------------
 // Load time
 
+// Centres for commands, centres before, and codes. In a solid that adapts a sweep looks at no more
+// cells than the solid has vertices.
+static void create_scratch(CutBlades *blades, const char *name, bool sparse, Arena *arena)
+{
+    const size_t places = (size_t)blades->place_most;
+    blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, places,
+                                          sizeof *blades->whole.centre, "%s/centres", name);
+    blades->whole.stamp = ALLOCATE(ARENA_CONTACT, places, int, "stamps of centres");
+    blades->before = arena_allocate(arena, ARENA_CONTACT, places, sizeof *blades->before,
+                                    "%s/centres before", name);
+    blades->code_stamp = ALLOCATE(ARENA_CONTACT, places, int, "stamps of codes");
+    blades->code = ALLOCATE(ARENA_CONTACT, places, unsigned char, "codes");
+    if (!sparse)
+        return;
+    blades->place_of = ALLOCATE(ARENA_CONTACT, blades->cell_count, int, "places of cells");
+    blades->cell_at = ALLOCATE(ARENA_CONTACT, places, int, "cells looked at");
+}
+
 void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *lattice,
                        const Rows *rows, double size, Arena *arena)
 {
@@ -162,26 +187,28 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
                           .links = {.origin = rows->rest_origin,
                                     .q = size / PARTS_OF_CELL,
                                     .tolerance = TWIST_TOLERANCE * size}};
-    link_finder_create(&blades->links, 3 * cells, name, arena);
+    // More faces than these, at four vertices each, cannot be broken.
+    const int most = lattice->vertex_capacity / 4 + 1;
+    const bool sparse = lattice->leaf_row != NULL && lattice->vertex_capacity < cells;
+    blades->hit_most = most < 3 * cells ? most : 3 * cells;
+    blades->place_most = sparse ? lattice->vertex_capacity : cells;
+    const int most_met = sparse && 2 * lattice->vertex_capacity < 3 * cells
+                             ? 2 * lattice->vertex_capacity
+                             : 3 * cells;
+    link_finder_create(&blades->links, 3 * cells, most_met, name, arena);
     // Bricks are the windows of level 0, which come first.
     while (blades->brick_count < lattice->window_count &&
            lattice->window[blades->brick_count].level == 0)
         blades->brick_count++;
-    blades->hit = arena_allocate(arena, ARENA_CONTACT, 3 * (size_t)cells, sizeof *blades->hit,
-                                 "%s/hits", name);
-    blades->beyond = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->beyond,
-                                    "%s/cells beyond", name);
-    for (int cell = 0; cell < cells; cell++)
+    blades->hit = arena_allocate(arena, ARENA_CONTACT, (size_t)blades->hit_most,
+                                 sizeof *blades->hit, "%s/hits", name);
+    if (!sparse)
+        blades->beyond = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->beyond,
+                                        "%s/cells beyond", name);
+    for (int cell = 0; cell < cells && !sparse; cell++)
         for (int axis = 0; axis < 3; axis++)
             blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
-    // Scratch: centres for commands, centres before, codes and bricks near a sweep.
-    blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, (size_t)cells,
-                                          sizeof *blades->whole.centre, "%s/centres", name);
-    blades->whole.stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of centres");
-    blades->before = arena_allocate(arena, ARENA_CONTACT, (size_t)cells, sizeof *blades->before,
-                                    "%s/centres before", name);
-    blades->code_stamp = ALLOCATE(ARENA_CONTACT, cells, int, "stamps of codes");
-    blades->code = ALLOCATE(ARENA_CONTACT, cells, unsigned char, "codes");
+    create_scratch(blades, name, sparse, arena);
     blades->vertex_code =
         ALLOCATE(ARENA_CONTACT, lattice->vertex_capacity, unsigned short, "codes of vertices");
     blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");
@@ -190,8 +217,7 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
 
 void cut_blades_want_crossings(CutBlades *blades, const char *name, Arena *arena)
 {
-    blades->crossing =
-        ALLOCATE(ARENA_CONTACT, 3L * blades->cell_count, CutCrossing, "crossings of hits");
+    blades->crossing = ALLOCATE(ARENA_CONTACT, blades->hit_most, CutCrossing, "crossings of hits");
 }
 
 void cut_blades_reserve(CutBlades *blades, const char *name, int count, Arena *arena,

@@ -46,20 +46,23 @@ typedef struct CutBlades {
     int cell_count, brick_count;
     double size;      // of a cell [m]
     LinkFinder links; // link 3 cell + axis is that towards +axis
-    int (*beyond)[3]; // [cell] cut_lattice_beyond by axis; constant
+    int (*beyond)[3]; // [cell] cut_lattice_beyond by axis; constant. NULL: looked up
     int blade_count;
     BladeMemory *blade; // [blade_count]
 
     // --- result of the last call ---
-    int (*hit)[2]; // [hit_count] {cell, axis}, in the order found
-    int hit_count;
-    CutCrossing *crossing; // [hit_count] where they were met; NULL: not wanted
+    int (*hit)[2];           // [hit_count, hit_most at most] {cell, axis}, in the order found
+    int hit_count, hit_most; // for more broken faces there can be no vertices
+    CutCrossing *crossing;   // [hit_most] where they were met; NULL: not wanted
 
     // --- scratch ---
-    BladeMemory whole;           // memory for commands
-    int (*before)[3];            // [cell] centre at the start of the tick, in units of q
-    int *code_stamp;             // [cell] stamp for which its code is valid
-    unsigned char *code;         // [cell]
+    // Cells that a sweep has looked at; place_of: NULL where every cell has its own place.
+    int *place_of, *cell_at;     // [cell] its place, if it is that of cell_at [place_most]
+    int place_count, place_most; // as many as there are cells
+    BladeMemory whole;           // [place] memory for commands
+    int (*before)[3];            // [place] centre at the start of the tick, in units of q
+    int *code_stamp;             // [place] stamp for which its code is valid
+    unsigned char *code;         // [place]
     int last_code;               // stamp
     unsigned short *vertex_code; // [vertex] outside which sides of a command's sweep
     unsigned short *near_code;   // [cell] sides that its whole element is outside of

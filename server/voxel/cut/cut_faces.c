@@ -14,6 +14,60 @@
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------
+// Squares by their places
+
+// Returns where a square is in the table, or where it would be.
+static int find_in_table(const CutFaces *faces, int code)
+{
+    const unsigned mask = (unsigned)faces->table_size - 1;
+    unsigned at = (unsigned)code * 2654435761u >> 7 & mask;
+    while (faces->table[at] >= 0 && faces->square[faces->table[at]] != code)
+        at = (at + 1) & mask;
+    return (int)at;
+}
+
+int cut_faces_square(const CutFaces *faces, int cell, int direction)
+{
+    return faces->square_of != NULL ? faces->square_of[cell][direction]
+                                    : faces->table[find_in_table(faces, 6 * cell + direction)];
+}
+
+void cut_faces_put_square(CutFaces *faces, int square)
+{
+    const int code = faces->square[square];
+    if (faces->square_of != NULL)
+        faces->square_of[code / 6][code % 6] = square;
+    else
+        faces->table[find_in_table(faces, code)] = square;
+}
+
+// Squares behind a removed one are entered again, so that none is behind a gap.
+void cut_faces_drop_square(CutFaces *faces, int square)
+{
+    const int code = faces->square[square];
+    if (faces->square_of != NULL) {
+        faces->square_of[code / 6][code % 6] = -1;
+        return;
+    }
+    const int mask = faces->table_size - 1;
+    int at = find_in_table(faces, code);
+    faces->table[at] = -1;
+    for (at = (at + 1) & mask; faces->table[at] >= 0; at = (at + 1) & mask) {
+        const int moved = faces->table[at];
+        faces->table[at] = -1;
+        cut_faces_put_square(faces, moved);
+    }
+}
+
+void cut_faces_drop_all(CutFaces *faces)
+{
+    if (faces->square_of != NULL)
+        memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
+    else
+        memset(faces->table, -1, (size_t)faces->table_size * sizeof *faces->table);
+}
+
+// ---------------------------------------------------------------------------------------------
 // Positions of squares
 
 // Returns the cell that is connected to a cell across a face; -1: none.
@@ -41,7 +95,7 @@ void cut_faces_join_square(CutFaces *faces, int square)
     for (int k = 0; k < 4; k++) {
         const SquareEdge to =
             square_across(joined_to, faces->lattice, (SquareEdge){code / 6, code % 6, k});
-        const int other = faces->square_of[to.cell][to.direction];
+        const int other = cut_faces_square(faces, to.cell, to.direction);
         if (other < 0)
             continue; // only in an impossible state
         const int here = square_triangle(square, k), there = square_triangle(other, to.k);
@@ -121,8 +175,7 @@ static int corner_vertex(const CutFaces *faces, int face, int corner)
 
 void cut_faces_enter_square(CutFaces *faces, int square)
 {
-    const int code = faces->square[square];
-    faces->square_of[code / 6][code % 6] = square;
+    cut_faces_put_square(faces, square);
     for (int face = 2 * square; face < 2 * square + 2; face++)
         for (int c = 0; c < 3; c++)
             set_corner(faces, face, c, corner_vertex(faces, face, c));
@@ -314,7 +367,7 @@ static int take_place(CutFaces *faces)
 
 static bool add_square(CutFaces *faces, int cell, int direction)
 {
-    if (faces->square_of[cell][direction] >= 0 ||
+    if (cut_faces_square(faces, cell, direction) >= 0 ||
         !cut_faces_is_shown(faces->lattice, cell, direction))
         return false;
     const int square = take_place(faces);
@@ -360,11 +413,12 @@ static void follow_removal(CutFaces *faces, TopologyChange *change)
         if (cell >= faces->cell_count || !cut_lattice_is_gone(lattice, cell))
             continue;
         for (int d = 0; d < SQUARE_DIRECTIONS; d++) {
-            int *square = &faces->square_of[cell][d];
+            const int square = cut_faces_square(faces, cell, d);
             faces->wall_count -= cut_lattice_across(lattice, cell, d) >= 0;
-            if (*square >= 0)
-                end_square(faces, *square, change);
-            *square = -1;
+            if (square < 0)
+                continue;
+            cut_faces_drop_square(faces, square);
+            end_square(faces, square, change);
         }
     }
     for (int i = 0; i < changes->lost_count; i++) {
@@ -394,8 +448,8 @@ static bool follow_copy(CutFaces *faces, int vertex)
         if (cell < 0 || cut_lattice_is_leaf(lattice, cell))
             continue;
         for (int d = 0; d < SQUARE_DIRECTIONS; d++)
-            if (faces->square_of[cell][d] >= 0)
-                changed |= follow_corners(faces, faces->square_of[cell][d]);
+            if (cut_faces_square(faces, cell, d) >= 0)
+                changed |= follow_corners(faces, cut_faces_square(faces, cell, d));
     }
     return changed;
 }
@@ -419,8 +473,8 @@ static bool follow_squares(CutFaces *faces)
         if (element >= faces->cell_count || !cut_lattice_is_leaf(lattice, element))
             continue;
         for (int d = 0; d < 6; d++)
-            if (faces->square_of[element][d] >= 0)
-                changed |= follow_corners(faces, faces->square_of[element][d]);
+            if (cut_faces_square(faces, element, d) >= 0)
+                changed |= follow_corners(faces, cut_faces_square(faces, element, d));
     }
     for (int b = 0; b < changes->birth_count && lattice->adapts; b++)
         if (changes->birth[b].origin >= 0)
@@ -429,8 +483,8 @@ static bool follow_squares(CutFaces *faces)
     for (int f = 0; f < changes->face_count; f++)
         for (int side = 0; side < 2; side++) {
             const SquareEdge at = side_of_face(lattice, changes->face[f], side);
-            if (faces->square_of[at.cell][at.direction] >= 0)
-                cut_faces_join_square(faces, faces->square_of[at.cell][at.direction]);
+            if (cut_faces_square(faces, at.cell, at.direction) >= 0)
+                cut_faces_join_square(faces, cut_faces_square(faces, at.cell, at.direction));
         }
     return changed;
 }

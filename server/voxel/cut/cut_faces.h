@@ -46,7 +46,9 @@ typedef struct CutFaces {
     unsigned char *counted;   // [cell] broken faces that are included in wall_count
     int64_t wall_count;       // sides of broken faces: each is a square, or will be
     int free_count, free_low; // free squares of walls; none is lower
-    int (*square_of)[6];      // [cell][direction] or -1
+    int (*square_of)[6];      // [cell][direction] or -1; NULL in a body that adapts, which has few:
+    int *table;               // [table_size] squares by a hash of their place, or -1
+    int table_size;           // a power of two
     int (*face)[3];           // [2 * square_capacity] vertices
     int (*neighbor)[3];       // [2 * square_capacity]
     double *area;             // [2 * square_capacity]
@@ -99,6 +101,13 @@ bool cut_faces_derive(CutFaces *faces, Body *body);
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity);
 
 // --- shared by cut_faces.c and cut_faces_create.c ---
+
+// Returns the square of a cell in a direction; -1: none.
+int cut_faces_square(const CutFaces *faces, int cell, int direction);
+// Enters a square by its place, which has none; removes it, before its place is forgotten.
+void cut_faces_put_square(CutFaces *faces, int square);
+void cut_faces_drop_square(CutFaces *faces, int square);
+void cut_faces_drop_all(CutFaces *faces);
 
 // True if a side of a cell is a square.
 bool cut_faces_is_shown(const CutLattice *lattice, int cell, int direction);

@@ -18,7 +18,7 @@ static void clear(CutFaces *faces)
 {
     const size_t triangles = 2 * (size_t)faces->square_capacity;
     // No squares, and no vertex has faces.
-    memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
+    cut_faces_drop_all(faces);
     memset(faces->neighbor, -1, triangles * sizeof *faces->neighbor);
     memset(faces->face, 0, triangles * sizeof *faces->face);
     memset(faces->triangle, 0, triangles * sizeof *faces->triangle);
@@ -80,9 +80,9 @@ static bool squares_are_valid(CutFaces *faces)
         sides++;
         sound = code >= 0 && code / 6 < faces->cell_count &&
                 cut_faces_is_shown(faces->lattice, code / 6, code % 6) &&
-                faces->square_of[code / 6][code % 6] < 0;
+                cut_faces_square(faces, code / 6, code % 6) < 0;
         if (sound)
-            faces->square_of[code / 6][code % 6] = s;
+            cut_faces_put_square(faces, s);
     }
     // As many squares as sides that are shown.
     return sound && sides == count_sides(faces);
@@ -90,7 +90,7 @@ static bool squares_are_valid(CutFaces *faces)
 
 static void choose_squares(CutFaces *faces)
 {
-    memset(faces->square_of, -1, (size_t)faces->cell_count * sizeof *faces->square_of);
+    cut_faces_drop_all(faces);
     *faces->shown = 0;
     for (int code = 0; code < 6 * faces->cell_count; code++)
         if (*faces->shown < faces->square_capacity &&
@@ -259,8 +259,15 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     const int vertices = faces->lattice->vertex_capacity;
     // By cell: which squares it shows.
     faces->counted = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "counted faces");
-    faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
-                                      sizeof *faces->square_of, "%s/squares of cells", name);
+    if (faces->lattice->leaf_row == NULL) {
+        faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
+                                          sizeof *faces->square_of, "%s/squares of cells", name);
+    } else { // half full at most
+        faces->table_size = 1;
+        while (faces->table_size < 2 * faces->square_capacity + 2)
+            faces->table_size *= 2;
+        faces->table = ALLOCATE(ARENA_TOPOLOGY, faces->table_size, int, "table of squares");
+    }
     // Triangles, two per square, all of one area.
     faces->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles, sizeof *faces->face,
                                  "%s/faces", name);

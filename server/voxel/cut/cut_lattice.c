@@ -257,11 +257,17 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     cut_points_list_parents(scratch);
     // Room for the largest change possible.
     CutChanges *changes = &lattice->changes;
-    changes->element = ALLOCATE(ARENA_TOPOLOGY, elements, int, "changed elements");
+    // Leaves, now or before; faces that break, and those of new leaves of level 0.
+    const long leaves = 2L * lattice->most_cells + 2L * lattice->most_larger;
+    const long faces =
+        6L * lattice->most_cells + lattice->vertex_capacity / 4 + 6 * CUT_REMOVE_MOST;
+    const long most_faces = faces < 3L * cells ? faces : 3L * cells;
+    changes->element =
+        ALLOCATE(ARENA_TOPOLOGY, leaves < elements ? leaves : elements, int, "changed elements");
     changes->birth = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutBirth, "born vertices");
     if (lattice->removable)
         changes->lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "lost vertices");
-    changes->face = arena_allocate(arena, ARENA_TOPOLOGY, 3 * (size_t)cells, sizeof *changes->face,
+    changes->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)most_faces, sizeof *changes->face,
                                    "%s/%s", name, "changed faces");
     if (lattice->adapts)
         create_scratch_of_merging(lattice, name, arena);
@@ -401,11 +407,11 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
                            name, count, capacity);
     // Elements, then vertices as in the uncut body.
     create_elements(lattice, name, making, arena);
-    create_scratch(lattice, name, arena);
-    if (rests) {
+    if (rests)
         limit_leaves(lattice, making->divided, capacity - count);
+    create_scratch(lattice, name, arena);
+    if (rests)
         create_leaf_rows(lattice, name, arena);
-    }
     if (!check_ids(lattice, name, status))
         return false;
     create_state(lattice, name, arena, state);

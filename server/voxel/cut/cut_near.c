@@ -75,7 +75,7 @@ static void make_box(const CutBlades *blades, const CellCentres *centres, int br
         // Vertices that the next cell has too are left to it.
         unsigned axes = 0; // along which the next cell is in the brick and connected
         for (int axis = 0; axis < 3; axis++) {
-            const int beyond = blades->beyond[cell][axis];
+            const int beyond = cut_near_beyond(blades, cell, axis);
             if (beyond < 0 || (lattice->broken[cell] >> axis & 1))
                 continue;
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
@@ -181,15 +181,48 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
 // ---------------------------------------------------------------------------------------------
 // Previous and current centres of cells
 
+// Returns the place of a cell in scratch, if it was looked at.
+static int place_in(const CutBlades *blades, int cell)
+{
+    return blades->place_of == NULL ? cell : blades->place_of[cell];
+}
+
+// Returns where a cell is in the memory of the search: a stroke's is by cell.
+static int memory_of(const BladeSearch *search, int cell)
+{
+    return search->whole ? place_in(search->blades, cell) : cell;
+}
+
+// Gives a cell a place in scratch. False: there is none.
+static bool take_place(CutBlades *blades, int cell)
+{
+    if (blades->place_of == NULL)
+        return true;
+    const int place = blades->place_of[cell];
+    if (place < blades->place_count && blades->cell_at[place] == cell)
+        return true;
+    if (blades->place_count == blades->place_most)
+        return false;
+    blades->place_of[cell] = blades->place_count;
+    blades->whole.stamp[blades->place_count] = blades->code_stamp[blades->place_count] = 0;
+    blades->cell_at[blades->place_count++] = cell;
+    return true;
+}
+
 static void look_at(BladeSearch *search, int cell)
 {
     CutBlades *blades = search->blades;
     BladeMemory *memory = search->memory;
-    if (memory->stamp[cell] == search->now)
+    if (!take_place(blades, cell)) {
+        search->lost = true;
+        return;
+    }
+    const int own = memory_of(search, cell), place = place_in(blades, cell);
+    if (memory->stamp[own] == search->now)
         return;
     const Vec3 x = cut_centre(&search->centres, cell), origin = blades->rows->rest_origin;
     const double part[3] = {x.x - origin.x, x.y - origin.y, x.z - origin.z};
-    const bool known = memory->stamp[cell] == search->was;
+    const bool known = memory->stamp[own] == search->was;
     for (int c = 0; c < 3; c++) {
         double units = floor(part[c] / blades->links.q + 0.5);
         if (!(fabs(units) < 0x1p30)) {
@@ -197,10 +230,10 @@ static void look_at(BladeSearch *search, int cell)
             units = 0.0;
         }
         const int now = (int)units;
-        blades->before[cell][c] = known ? memory->centre[cell][c] : now;
-        memory->centre[cell][c] = now;
+        blades->before[place][c] = known ? memory->centre[own][c] : now;
+        memory->centre[own][c] = now;
     }
-    memory->stamp[cell] = search->now;
+    memory->stamp[own] = search->now;
 }
 
 void cut_near_look_at_brick(BladeSearch *search, int brick)
@@ -214,7 +247,7 @@ void cut_near_look_at_brick(BladeSearch *search, int brick)
         for (int axis = 0; axis < 3; axis++) {
             if (lattice->element[cell].cell[axis] % WINDOW_EDGE != WINDOW_EDGE - 1)
                 continue;
-            const int beyond = search->blades->beyond[cell][axis];
+            const int beyond = cut_near_beyond(search->blades, cell, axis);
             if (beyond >= 0 && !cut_lattice_is_gone(lattice, beyond))
                 look_at(search, beyond);
         }
@@ -312,10 +345,11 @@ void cut_near_find_codes(BladeSearch *search)
 
 CutPath cut_near_path(const BladeSearch *search, int cell)
 {
+    const int place = place_in(search->blades, cell), own = memory_of(search, cell);
     CutPath path;
     for (int c = 0; c < 3; c++) {
-        path.at[0].x[c] = search->blades->before[cell][c];
-        path.at[1].x[c] = search->memory->centre[cell][c];
+        path.at[0].x[c] = search->blades->before[place][c];
+        path.at[1].x[c] = search->memory->centre[own][c];
     }
     return path;
 }
@@ -323,8 +357,9 @@ CutPath cut_near_path(const BladeSearch *search, int cell)
 static unsigned code_of(BladeSearch *search, int cell)
 {
     CutBlades *blades = search->blades;
-    if (blades->code_stamp[cell] == search->stamp)
-        return blades->code[cell];
+    const int place = place_in(blades, cell);
+    if (blades->code_stamp[place] == search->stamp)
+        return blades->code[place];
     const CutPath path = cut_near_path(search, cell);
     unsigned code = 0;
     for (int c = 0; c < 3; c++) {
@@ -332,8 +367,8 @@ static unsigned code_of(BladeSearch *search, int cell)
         code |= (unsigned)((a < search->box.low[c]) & (b < search->box.low[c])) << 2 * c;
         code |= (unsigned)((a > search->box.high[c]) & (b > search->box.high[c])) << (2 * c + 1);
     }
-    blades->code_stamp[cell] = search->stamp;
-    blades->code[cell] = (unsigned char)code;
+    blades->code_stamp[place] = search->stamp;
+    blades->code[place] = (unsigned char)code;
     return code;
 }
 
@@ -341,7 +376,7 @@ static void next_codes(BladeSearch *search)
 {
     CutBlades *blades = search->blades;
     if (blades->last_code == INT_MAX) {
-        memset(blades->code_stamp, 0, (size_t)blades->cell_count * sizeof *blades->code_stamp);
+        memset(blades->code_stamp, 0, (size_t)blades->place_most * sizeof *blades->code_stamp);
         blades->last_code = 0;
     }
     search->stamp = ++blades->last_code;
@@ -352,7 +387,7 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
 {
     CutBlades *blades = search->blades;
     for (int axis = 0; axis < 3; axis++) {
-        const int beyond = blades->beyond[cell][axis];
+        const int beyond = cut_near_beyond(blades, cell, axis);
         const bool broken = blades->lattice->broken[cell] >> axis & 1;
         // Skip links to void, and broken ones unless their meeting must be reported.
         if (beyond < 0 || (broken && !search->whole) ||
@@ -365,6 +400,8 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
                 continue;
             look_at(search, cell);
             look_at(search, beyond);
+            if (search->lost) // as the caller finds
+                return true;
         }
         if ((code_of(search, cell) & code_of(search, beyond)) != 0)
             continue;

@@ -34,6 +34,12 @@ void cut_near_look_at_brick(BladeSearch *search, int brick);
 void cut_near_find_codes(BladeSearch *search);
 // Returns the path of a cell's centre, after it was looked at.
 CutPath cut_near_path(const BladeSearch *search, int cell);
+// Returns cut_lattice_beyond as it was at load.
+static inline int cut_near_beyond(const CutBlades *blades, int cell, int axis)
+{
+    return blades->beyond != NULL ? blades->beyond[cell][axis]
+                                  : cut_lattice_across(blades->lattice, cell, 2 * axis + 1);
+}
 // LinkOffer; the model is a BladeSearch.
 bool cut_near_offer(LinkFinder *links, void *model);
 

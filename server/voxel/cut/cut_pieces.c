@@ -222,16 +222,26 @@ static void separate(CutPieces *pieces, const Search *piece, int rest)
     size[lowest] = piece->end;
     size[name] = old_size - piece->end;
     pieces->small_count += is_small(size[lowest]) + is_small(size[name]) - is_small(old_size);
-    pieces->rest[lowest] = rest;
-    pieces->left[pieces->left_count++] = lowest;
+    // The last that a piece left counts.
+    int k = 0;
+    while (k < pieces->left_count && pieces->left[k] != lowest)
+        k++;
+    pieces->left_count += k == pieces->left_count;
+    pieces->left[k] = lowest;
+    pieces->rest[k] = rest;
 }
 
 // Returns the cell of the remaining piece: what led to a piece that split off must lead to what it
 // left.
 static int what_is_left(const CutPieces *pieces, int cell)
 {
-    while (pieces->rest[pieces->root[cell]] >= 0)
-        cell = pieces->rest[pieces->root[cell]];
+    for (int i = 0; i < pieces->left_count;)
+        if (pieces->left[i] == pieces->root[cell]) {
+            cell = pieces->rest[i];
+            i = 0;
+        } else {
+            i++;
+        }
     return cell;
 }
 
@@ -268,8 +278,6 @@ static bool follow_links(CutPieces *pieces, const int (*link)[2], int count, boo
     }
     // Clear what this call has marked.
     const bool came = pieces->left_count > 0 || !told;
-    for (int i = 0; i < pieces->left_count; i++)
-        pieces->rest[pieces->left[i]] = -1;
     pieces->left_count = 0;
     // Too many faces or too long a search: all of them anew.
     if (!told)
@@ -388,8 +396,7 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     pieces->seen = ALLOCATE(ARENA_TOPOLOGY, cells, int, "searches");
     pieces->set = ALLOCATE(ARENA_TOPOLOGY, 2 * LINKS, int, "sets of searches");
     pieces->size = ALLOCATE(ARENA_TOPOLOGY, cells, int, "sizes of pieces");
-    pieces->rest = ALLOCATE(ARENA_TOPOLOGY, cells, int, "what pieces left");
-    memset(pieces->rest, -1, (size_t)cells * sizeof *pieces->rest);
+    pieces->rest = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "what pieces left");
     pieces->left = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "pieces that left");
     pieces->labels = 1;
     if (lattice->removable) {
@@ -397,8 +404,10 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
         pieces->link = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)6 * CUT_REMOVE_MOST,
                                       sizeof *pieces->link, "%s/%s", name, "links that go");
     }
+    // A cell that is visited enters the five others around it at most.
+    const int most = 6 * EFFORT + LINKS < cells ? 6 * EFFORT + LINKS : cells;
     for (int side = 0; side < 2; side++)
-        pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, cells, int, "search queue");
+        pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, most, int, "search queue");
     // The uncut body has the numbers of its mesh.
     find_pieces(pieces);
     number_as_mesh(pieces, &making->mesh, &making->layout);

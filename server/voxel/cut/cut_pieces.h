@@ -28,11 +28,10 @@ typedef struct CutPieces {
     // --- scratch ---
     int *seen; // [cell] label of the search that found it; 0: none
     int *set;  // [label - first_label] link towards the set of its search
-    int *rest; // [cell] for a piece that split off in this call, at its smallest cell: a cell of
-               // the other piece; else -1
-    int *left; // [left_count] pieces that split off
+    int *left; // [left_count] pieces that split off in this call, by their smallest cells,
+    int *rest; // and of each a cell of the other piece
     int left_count;
-    int *queue[2];        // [cell_count]
+    int *queue[2];        // cells found by the searches of a call
     unsigned char *going; // [cell] within a removal; NULL: cells cannot go
     int (*link)[2];       // [link_count] what cells that go connect
     int link_count;

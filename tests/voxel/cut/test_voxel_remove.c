@@ -153,7 +153,10 @@ static uint64_t hash_derived(const CutWorld *world)
     const size_t cells = (size_t)faces->cell_count, count = (size_t)vertices->count;
     const size_t triangles = 2 * (size_t)*faces->shown, slots = (size_t)*faces->slot_count;
     uint64_t hash = FNV_START;
-    hash = fnv_bytes(hash, faces->square_of, cells * sizeof *faces->square_of);
+    for (size_t code = 0; code < 6 * cells; code++) {
+        const int square = cut_faces_square(faces, (int)(code / 6), (int)(code % 6));
+        hash = fnv_bytes(hash, &square, sizeof square);
+    }
     hash = fnv_bytes(hash, faces->face, triangles * sizeof *faces->face);
     hash = fnv_bytes(hash, faces->neighbor, triangles * sizeof *faces->neighbor);
     hash = fnv_bytes(hash, faces->triangle, triangles * sizeof *faces->triangle);
