@@ -124,7 +124,7 @@ static double outside(const FixedRegion *region, Vec3 x)
 
 static double between(const CutLattice *lattice, const double point[3], int cell)
 {
-    const int *at = lattice->element[cell].cell;
+    const short *at = lattice->element[cell].cell;
     double sum = 0.0;
     for (int d = 0; d < 3; d++)
         sum += (point[d] - at[d] - 0.5) * (point[d] - at[d] - 0.5);
@@ -335,7 +335,7 @@ static void hold_cells(CutAccount *account, const unsigned char *held, const cha
     account->held = ALLOCATE(ARENA_OUTPUT, cells, unsigned char, "fixed corners");
     for (int c = 0; c < cells; c++)
         for (int corner = 0; corner < 8; corner++) {
-            const int *at = lattice->element[c].cell;
+            const short *at = lattice->element[c].cell;
             const long point =
                 ((long)(at[2] + (corner >> 2)) * (n[1] + 1) + at[1] + (corner >> 1 & 1)) *
                     (n[0] + 1) +

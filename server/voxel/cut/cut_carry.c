@@ -473,7 +473,7 @@ int cut_carry_corner(const CutLattice *lattice, int cell, int corner)
     if (cut_lattice_is_leaf(lattice, cell))
         return cut_lattice_nodes(lattice, cell)[corner];
     const CutScratch *scratch = lattice->scratch;
-    const int *at = lattice->element[cell].cell;
+    const short *at = lattice->element[cell].cell;
     const int point[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};
     const unsigned cells = cut_carry_cells(lattice, point, 7 - corner);
     // Its anchor is the lowest of its cells.

@@ -78,7 +78,7 @@ static int joined_to(const void *cells, int cell, int direction)
     if (direction & 1)
         return cut_lattice_is_open(lattice, cell, axis) ? -1
                                                         : cut_lattice_beyond(lattice, cell, axis);
-    const int *at = lattice->element[cell].cell;
+    const short *at = lattice->element[cell].cell;
     const int below =
         cut_lattice_cell(lattice, at[0] - (axis == 0), at[1] - (axis == 1), at[2] - (axis == 2));
     return below < 0 || cut_lattice_is_open(lattice, below, axis) ? -1 : below;

@@ -21,7 +21,7 @@ typedef struct Wall {
 } Wall;
 
 // A state from a body without crossings has zeros: then the middle.
-static void add_crossing(Wall *wall, const CutCrossing *kept, const int cell[3], int axis)
+static void add_crossing(Wall *wall, const CutCrossing *kept, const short cell[3], int axis)
 {
     const CutCrossing middle = cut_crossing_middle(axis);
     const bool known = kept->normal[0] != 0 || kept->normal[1] != 0 || kept->normal[2] != 0;
@@ -194,7 +194,9 @@ static void choose_diagonal(CutFit *fit, int square)
 {
     CutFaces *faces = fit->faces;
     const int code = faces->square[square];
-    const int *cell = fit->lattice->element[code / 6].cell, *n = fit->lattice->scratch->points;
+    const int *n = fit->lattice->scratch->points;
+    int cell[3];
+    cut_lattice_place(fit->lattice, code / 6, cell);
     const int first = cut_parts_index(fit->lattice->scratch, cell);
     int slot[4];
     double at[4][3];
@@ -265,7 +267,8 @@ static void list_points(CutFit *fit, bool divided)
     const CutChanges *changes = &lattice->changes;
     fit->moved_count = 0;
     for (int f = 0; f < changes->face_count; f++) {
-        const int axis = changes->face[f][1], *cell = lattice->element[changes->face[f][0]].cell;
+        const short *cell = lattice->element[changes->face[f][0]].cell;
+        const int axis = changes->face[f][1];
         if (!cut_lattice_is_open(lattice, changes->face[f][0], axis))
             continue; // it is listed again when it opens, or its cell has gone
         for (int k = 0; k < 4; k++) {
@@ -277,7 +280,8 @@ static void list_points(CutFit *fit, bool divided)
         }
     }
     for (int i = 0; i < changes->element_count; i++) {
-        const int element = changes->element[i], *cell = lattice->element[element].cell;
+        const int element = changes->element[i];
+        const short *cell = lattice->element[element].cell;
         if (element >= fit->faces->cell_count ||
             !(cut_lattice_is_leaf(lattice, element) ? divided
                                                     : cut_lattice_is_gone(lattice, element)))

@@ -412,7 +412,7 @@ static void create_neighbours(CutHeat *heat, const char *name, Arena *arena)
     for (int cell = 0; cell < heat->cell_count; cell++)
         for (int side = 0; side < 6; side++) {
             int at[3];
-            memcpy(at, lattice->element[cell].cell, sizeof at);
+            cut_lattice_place(lattice, cell, at);
             at[side / 2] += side % 2 == 0 ? -1 : 1;
             heat->beside[cell][side] = cut_lattice_cell(lattice, at[0], at[1], at[2]);
         }

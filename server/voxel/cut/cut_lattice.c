@@ -81,14 +81,13 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
         const int leaf = covering_leaf(layout, level, i, j, k);
         *slot = lattice->element_count++;
         lattice->element[*slot] = (CutElement){
-            .cell = {i << level, j << level, k << level},
+            .cell = {(short)(i << level), (short)(j << level), (short)(k << level)},
             .parent = -1,
             .child = -1,
             .level = (unsigned char)level,
             .material = leaf >= 0 ? layout->leaf[leaf].material : 0,
             .children = (unsigned char)children_of(lattice, level, i, j, k),
         };
-        lattice->window_of[*slot] = lattice->window_count;
     }
     // Empty windows do not exist.
     if (lattice->element_count > first)
@@ -196,7 +195,6 @@ static void create_elements(CutLattice *lattice, const char *name, const VoxelMa
     // All elements that can ever exist.
     const int elements = mark_elements(lattice, layout);
     lattice->element = ALLOCATE(ARENA_TOPOLOGY, elements, CutElement, "elements");
-    lattice->window_of = ALLOCATE(ARENA_TOPOLOGY, elements, int, "windows of elements");
     // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
@@ -436,6 +434,19 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
 // ---------------------------------------------------------------------------------------------
 // Looking up
 
+int cut_lattice_window(const CutLattice *lattice, int element)
+{
+    int low = 0, high = lattice->window_count; // the first one after it
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (lattice->window[middle].end <= element)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 int cut_lattice_cell_at_load(const CutLattice *lattice, int i, int j, int k)
 {
     return cut_parts_block(lattice, 0, i, j, k);
@@ -470,7 +481,7 @@ void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf
 
 int cut_lattice_across(const CutLattice *lattice, int cell, int direction)
 {
-    const int *at = lattice->element[cell].cell;
+    const short *at = lattice->element[cell].cell;
     const int axis = direction / 2, step = direction & 1 ? 1 : -1;
     return cut_parts_block(lattice, 0, at[0] + step * (axis == 0), at[1] + step * (axis == 1),
                            at[2] + step * (axis == 2));

@@ -52,11 +52,11 @@ enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 
 // Constant.
 typedef struct CutElement {
-    int cell[3]; // its lowest cell
-    int parent;  // -1: none is larger
-    int child;   // first of the children that exist, one after the other; -1: level 0
+    short cell[3]; // its lowest cell
     unsigned char level;
     unsigned char material; // of all its cells; 0: of several
+    int parent;             // -1: none is larger
+    int child;              // first of the children that exist, one after the other; -1: level 0
     unsigned char children; // bit c: child c exists: it has a solid cell
     unsigned char meets;    // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
     bool whole;             // all its cells are solid
@@ -112,7 +112,6 @@ typedef struct CutLattice {
     int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: element or -1
     int window_count;
     CutWindow *window; // by level
-    int *window_of;    // [element_count]
     int vertex_capacity;
     int split_budget; // divisions per tick
     // Leaves of level 0 and larger ones at the same time, at most, those included that were leaves
@@ -156,6 +155,15 @@ typedef struct CutLattice {
 // a status: the capacity is too small.
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status);
+
+// Finds the position of an element's lowest cell.
+static inline void cut_lattice_place(const CutLattice *lattice, int element, int place[3])
+{
+    for (int d = 0; d < 3; d++)
+        place[d] = lattice->element[element].cell[d];
+}
+// Returns the window of an element.
+int cut_lattice_window(const CutLattice *lattice, int element);
 
 // True if a finest cell was taken away.
 static inline bool cut_lattice_is_gone(const CutLattice *lattice, int cell)

@@ -267,7 +267,7 @@ static void fit_merged(CutMasses *masses, int element)
     AffineFit *fit = &masses->fit;
     int point[3];
     *fit = (AffineFit){.element = element};
-    memcpy(fit->origin, block->cell, sizeof fit->origin);
+    cut_lattice_place(lattice, element, fit->origin);
     for (int n = 0; n < NODE_COUNT; n++) {
         if (node[n] < 0 || masses->vertices->mass[node[n]] == 0.0) // it is new
             continue;
@@ -326,7 +326,7 @@ double cut_masses_residual(const CutMasses *masses, int element)
     AffineFit fit = {.element = element};
     Vec3 value[27];
     int point[3];
-    memcpy(fit.origin, block->cell, sizeof fit.origin);
+    cut_lattice_place(lattice, element, fit.origin);
     find_merge_points(lattice, element, &points);
     for (int at = 0; at < 27; at++) {
         if (points.vertex[at] < 0)

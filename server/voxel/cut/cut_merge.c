@@ -78,7 +78,8 @@ static void gather_points(const Allowing *allowing, const CutElement *element, u
                           unsigned *all)
 {
     const CutScratch *scratch = allowing->lattice->scratch;
-    const int edge = 1 << element->level, *at = element->cell;
+    const short *at = element->cell;
+    const int edge = 1 << element->level;
     *any = 0, *all = 0xff;
     for (int z = at[2]; z <= at[2] + edge; z++)
         for (int y = at[1]; y <= at[1] + edge; y++) {
@@ -137,7 +138,8 @@ static bool is_fine(const Allowing *allowing, const CutElement *element)
 static bool holds_by_corners(const Allowing *allowing, const CutElement *element)
 {
     const CutScratch *scratch = allowing->lattice->scratch;
-    const int edge = 1 << element->level, *at = element->cell;
+    const short *at = element->cell;
+    const int edge = 1 << element->level;
     unsigned held = 0; // corners
     for (int c = 0; c < NODE_CORNERS; c++) {
         const int p[3] = {at[0] + (c & 1) * edge, at[1] + (c >> 1 & 1) * edge,
@@ -166,7 +168,8 @@ static bool is_thick(const Allowing *allowing, const CutElement *element)
 {
     const VoxelOptions *options = allowing->making->options;
     const Lattice *lattice = options->lattice;
-    const int edge = 1 << element->level, *at = element->cell;
+    const short *at = element->cell;
+    const int edge = 1 << element->level;
     if (options->coarsest == NULL)
         return true;
     // Any solid cell of it tells.

@@ -75,25 +75,49 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
     }
 }
 
+// What is left over, in half of a key's bits: 0 to 5 the element in its window, then its class, or
+// its mask and whether it is partly filled.
+enum { REST_BITS = 6 };
+_Static_assert(WINDOW_ELEMENTS == 1 << REST_BITS, "elements of a window");
+
+static uint32_t pack_rest(uint64_t key, int kind, int first)
+{
+    const uint32_t sort = (uint32_t)(key >> 32) & (kind == BATCH_PLAIN ? ~0u : 0x7ffffu);
+    return sort << REST_BITS | (uint32_t)(element_of(key) - first);
+}
+
+static uint64_t unpack_rest(uint32_t rest, int kind, int first)
+{
+    const int e = first + (int)(rest & (WINDOW_ELEMENTS - 1));
+    const uint32_t sort = rest >> REST_BITS;
+    const uint64_t vertices =
+        kind == BATCH_PLAIN ? 0 : (uint64_t)vertex_count_of(sort & 0x3ffffu) << 19;
+    return (vertices | sort) << 32 | (uint64_t)e;
+}
+
 // Merges what the windows of a group leave over, smallest first.
 typedef struct Merge {
-    const CutWindows *windows;
-    const uint64_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
-    int count;
+    int kind, count;
+    const uint32_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
+    int first[GROUP_WINDOWS];     // elements of the windows
+    uint64_t head[GROUP_WINDOWS]; // keys of *next
 } Merge;
 
 static Merge merge_begin(const CutWindows *windows, int group, int kind)
 {
-    Merge merge = {.windows = windows};
+    Merge merge = {.kind = kind};
     for (int w = windows->group[group].first; w < windows->group[group].end; w++) {
         const int *count = windows->rest_count[w];
         // What each window leaves is sorted already.
-        const uint64_t *first = windows->rest + windows->lattice->window[w].first +
-                                (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
+        const int first = windows->lattice->window[w].first;
+        const uint32_t *rest =
+            windows->rest + first + (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
         if (count[kind] == 0)
             continue;
-        merge.next[merge.count] = first;
-        merge.end[merge.count++] = first + count[kind];
+        merge.first[merge.count] = first;
+        merge.head[merge.count] = unpack_rest(*rest, kind, first);
+        merge.next[merge.count] = rest;
+        merge.end[merge.count++] = rest + count[kind];
     }
     return merge;
 }
@@ -105,14 +129,19 @@ static bool merge_next(Merge *merge, uint64_t *key)
         return false;
     // The lowest of the heads.
     for (int k = 1; k < merge->count; k++)
-        if (*merge->next[k] < *merge->next[best])
+        if (merge->head[k] < merge->head[best])
             best = k;
-    *key = *merge->next[best]++;
+    *key = merge->head[best];
+    merge->next[best]++;
     // A list that has ended is taken out.
     if (merge->next[best] == merge->end[best]) {
         merge->count--;
+        merge->first[best] = merge->first[merge->count];
+        merge->head[best] = merge->head[merge->count];
         merge->next[best] = merge->next[merge->count];
         merge->end[best] = merge->end[merge->count];
+    } else {
+        merge->head[best] = unpack_rest(*merge->next[best], merge->kind, merge->first[best]);
     }
     return true;
 }
@@ -412,7 +441,8 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
 {
     BatchRange *range = &windows->full[window];
     const bool high = (window - windows->group[windows->group_of[window]].first) % 2 == 0;
-    uint64_t *rest = windows->rest + windows->lattice->window[window].first;
+    const int first = windows->lattice->window[window].first;
+    uint32_t *rest = windows->rest + first;
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         const uint64_t *key = leaves->key[kind];
         const int count = leaves->count[kind];
@@ -430,7 +460,7 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
                     pack_hanging(windows, fill_next(&fill), key + k, LANES, turns);
                 k += LANES;
             } else {
-                rest[left++] = key[k++];
+                rest[left++] = pack_rest(key[k++], kind, first);
             }
         }
         rest += left;
@@ -501,10 +531,11 @@ static void take_turns(const CutWindows *windows, const WindowGroup *own, const 
     for (int w = own->first; w < own->end; w++) {
         // Of an unchanged window only what it leaves to the group may move.
         if (!windows->is_changed[w]) {
-            const uint64_t *rest = windows->rest + windows->lattice->window[w].first;
+            const int first = windows->lattice->window[w].first;
+            const uint32_t *rest = windows->rest + first;
             const int *count = windows->rest_count[w];
             for (int k = 0; k < count[BATCH_PLAIN] + count[BATCH_HANGING]; k++)
-                take_turn(windows, element_of(rest[k]), turns);
+                take_turn(windows, first + (int)(rest[k] & (WINDOW_ELEMENTS - 1)), turns);
             continue;
         }
         const Leaves *here = &leaves[w - own->first];

@@ -91,7 +91,9 @@ static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k
 void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf);
 static inline void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
 {
-    cut_parts_enter(lattice, lattice->element[leaf].cell, lattice->element[leaf].level, leaf);
+    int place[3];
+    cut_lattice_place(lattice, leaf, place);
+    cut_parts_enter(lattice, place, lattice->element[leaf].level, leaf);
 }
 
 // Gives a new leaf a row, or takes that of one that is none any more; its nodes are -1 then.

@@ -21,7 +21,7 @@ static int joined_to(const CutLattice *lattice, int cell, int direction)
     const int axis = direction / 2;
     if (direction & 1)
         return lattice->broken[cell] >> axis & 1 ? -1 : cut_lattice_beyond(lattice, cell, axis);
-    const int *at = lattice->element[cell].cell;
+    const short *at = lattice->element[cell].cell;
     int below =
         cut_lattice_cell(lattice, at[0] - (axis == 0), at[1] - (axis == 1), at[2] - (axis == 2));
     return below < 0 || (lattice->broken[below] >> axis & 1) ? -1 : below;

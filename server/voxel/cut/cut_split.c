@@ -157,7 +157,7 @@ bool cut_lattice_has_room(const CutLattice *lattice, int faces)
 static void corner_of_face(const CutLattice *lattice, int cell, int axis, int corner, int point[3])
 {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    memcpy(point, lattice->element[cell].cell, 3 * sizeof *point);
+    cut_lattice_place(lattice, cell, point);
     point[axis]++;
     point[a] += corner & 1;
     point[b] += corner >> 1;
@@ -208,7 +208,8 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
 void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *out)
 {
     const CutElement *middle = &lattice->element[element];
-    const int step = 1 << (middle->level - 1), *at = middle->cell;
+    const short *at = middle->cell;
+    const int step = 1 << (middle->level - 1);
     // A leaf fills its blocks of the grid, and void is never a part of one. Beyond the lattice, of
     // which the grid has a margin of one cell, is nothing.
     const bool low = at[0] > 0, high = at[0] + 2 * step < lattice->count[0];
@@ -303,7 +304,7 @@ static void list_faces(CutLattice *lattice, int cell)
         if (lattice->broken[cell] >> axis & 1)
             cut_parts_list_face(lattice, cell, axis);
         int at[3];
-        memcpy(at, lattice->element[cell].cell, sizeof at);
+        cut_lattice_place(lattice, cell, at);
         at[axis]--;
         const int below = cut_lattice_cell_at_load(lattice, at[0], at[1], at[2]);
         if (below >= 0 && (lattice->broken[below] >> axis & 1))
@@ -525,7 +526,7 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
     }
     cut_split_sort(lattice, sorted); // leaves around that are partly filled
     for (int k = 0; k < count; k++) {
-        const int *at = lattice->element[cell[k]].cell;
+        const short *at = lattice->element[cell[k]].cell;
         lattice->divided[cell[k]] = 1;
         lattice->leaf_count--;
         lattice->leaf_at_level[0]--;

@@ -50,7 +50,7 @@ static double set_out(const CutTension *tension, int square, Trace *trace)
     const double *to = tension->direction[element->material - 1];
     const bool all = tension->all[element->material - 1];
     const double sign = up == (to[axis] > 0.0) ? -1.0 : 1.0;
-    memcpy(trace->cell, element->cell, sizeof trace->cell);
+    cut_lattice_place(lattice, trace->leaf, trace->cell);
     trace->grid = cut_parts_grid(lattice, trace->cell[0], trace->cell[1], trace->cell[2]);
     // The planes that it will cross.
     for (int k = 0; k < 3; k++) {

@@ -314,7 +314,7 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
 {
     const int count = windows->lattice->window_count, elements = windows->lattice->element_count;
     windows->lane = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
-    windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint64_t, "left over");
+    windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint32_t, "left over");
     windows->rest_count = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
                                          sizeof *windows->rest_count, "%s/left over counts", name);
     windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
@@ -395,7 +395,7 @@ void cut_windows_update(CutWindows *windows)
     const CutChanges *changes = &windows->lattice->changes;
     int count = 0;
     for (int k = 0; k < changes->element_count; k++)
-        mark(windows, windows->lattice->window_of[changes->element[k]], &count);
+        mark(windows, cut_lattice_window(windows->lattice, changes->element[k]), &count);
     const bool merged = changes->merged_count > 0;
     for (int k = 0, group = -1; k < count; k++) {
         const int window = windows->changed[merged ? count - 1 - k : k];

@@ -91,9 +91,9 @@ typedef struct CutWindows {
     ElementClass *classes; // those of the options, then those of partly filled elements; NULL: none
     int *lane; // [element] batch * LANES + lane, hanging batches numbered after the plain ones;
                // -1: not a leaf
-    // What a window leaves to its group: plain ones, then hanging ones, ascending keys
+    // What a window leaves to its group: plain ones, then hanging ones, ascending keys, packed
     // (cut_pack.c), starting at the window's first element.
-    uint64_t *rest;                 // [element]
+    uint32_t *rest;                 // [element]
     int (*rest_count)[BATCH_KINDS]; // [window]
 
     // --- within an update ---

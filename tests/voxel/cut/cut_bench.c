@@ -259,7 +259,8 @@ int cut_bench_pieces(const CutBench *bench)
         stack[top++] = first;
         label[first] = pieces++;
         while (top > 0) {
-            const int cell = stack[--top], *at = cut->element[cell].cell;
+            const int cell = stack[--top];
+            const short *at = cut->element[cell].cell;
             assert_int_equal(bench->pieces.root[cell], first); // the lowest one
             for (int d = 0; d < 6; d++) {
                 const int step = d & 1 ? 1 : -1, axis = d / 2;

@@ -96,7 +96,7 @@ static inline int cut_sample_disc(const CutLattice *cut, Vec3 center, Vec3 norma
         for (int axis = 0; axis < 3; axis++) {
             if (cut_lattice_beyond(cut, cell, axis) < 0 || (cut->broken[cell] >> axis & 1))
                 continue;
-            const int *at = cut->element[cell].cell;
+            const short *at = cut->element[cell].cell;
             Vec3 from = vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5), to = from;
             from = vec3_sub(from, center);
             to = vec3_sub(vec3_add(to, vec3(axis == 0, axis == 1, axis == 2)), center);
@@ -153,7 +153,7 @@ static inline int cut_sample_random_cells(const CutLattice *cut, uint64_t *seed,
     const double radius = random_between(seed, 0.5, 3.0);
     const bool few = random_below(seed, 3) == 0;
     for (int c = 0; c < cut->level_first[1] && count < CUT_REMOVE_MOST; c++) {
-        const int *at = cut->element[c].cell;
+        const short *at = cut->element[c].cell;
         const Vec3 x = vec3(at[0] + 0.5, at[1] + 0.5, at[2] + 0.5);
         const bool in = few ? random_below(seed, cut->level_first[1]) < 4
                             : vec3_length(vec3_sub(x, center)) < radius;

@@ -157,7 +157,7 @@ static int find_label(const CutLattice *lattice, int *label, int *stack, int fir
 // True if a corner of a cell is below the floor that holds the body.
 static int held_corners(const CutWorld *world, int cell, double floor)
 {
-    const int *at = world->cuts->lattice.element[cell].cell;
+    const short *at = world->cuts->lattice.element[cell].cell;
     int held = 0;
     for (int c = 0; c < 8; c++)
         held +=
@@ -317,7 +317,7 @@ static double gap_to_gone(const CutWorld *world, int n)
         if (!cut_lattice_is_gone(lattice, a))
             continue;
         for (int b = 0; b < n * n * n; b++) {
-            const int *p = lattice->element[a].cell, *q = lattice->element[b].cell;
+            const short *p = lattice->element[a].cell, *q = lattice->element[b].cell;
             const Vec3 apart = vec3(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
             if (lattice->element[b].material == BALL)
                 least = fmin(least, vec3_length(apart) - 1.0);

@@ -333,9 +333,12 @@ TEST(an_untouched_body_has_the_elements_of_the_reference)
         const Leaf *leaf = &layout.leaf[l];
         int found = -1;
         for (int e = lattice->level_first[leaf->level];
-             e < lattice->element_count && lattice->element[e].level == leaf->level; e++)
-            if (memcmp(lattice->element[e].cell, leaf->cell, sizeof leaf->cell) == 0)
+             e < lattice->element_count && lattice->element[e].level == leaf->level; e++) {
+            int place[3];
+            cut_lattice_place(lattice, e, place);
+            if (memcmp(place, leaf->cell, sizeof place) == 0)
                 found = e;
+        }
         assert_true(found >= 0 && cut_lattice_is_leaf(lattice, found));
         const int *node = cut_lattice_nodes(lattice, found);
         for (int n = 0; n < (leaf->level == 0 ? NODE_CORNERS : NODE_COUNT); n++)

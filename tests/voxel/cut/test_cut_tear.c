@@ -98,7 +98,7 @@ TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
         assert_true(find(&world));
         assert_int_equal(tear->hit_count, TEAR_FACES); // as many as fit a tick
         for (int k = 0; k < tear->hit_count; k++) {
-            const int *at = lattice->element[tear->hit[k][0]].cell;
+            const short *at = lattice->element[tear->hit[k][0]].cell;
             assert_int_equal(tear->hit[k][1], 0);
             assert_true(at[1] == 0 || at[1] == 7 || at[2] == 0 || at[2] == 7);
         }
@@ -112,7 +112,7 @@ TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
             world.body->ops->reconstruct(world.body, &change);
         }
         for (int c = 0; c < lattice->level_first[1]; c++) {
-            const int *at = lattice->element[c].cell;
+            const short *at = lattice->element[c].cell;
             inside += (lattice->broken[c] & 1) && at[1] == 4 && at[2] == 4;
         }
         assert_int_equal(inside, count[0] - 1);

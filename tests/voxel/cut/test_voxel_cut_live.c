@@ -38,7 +38,8 @@ static int count_pieces(const CutLattice *lattice)
         int top = 0;
         seen[stack[top++] = first] = true;
         while (top > 0) {
-            const int cell = stack[--top], *at = lattice->element[cell].cell;
+            const int cell = stack[--top];
+            const short *at = lattice->element[cell].cell;
             for (int d = 0; d < 6; d++) {
                 const int axis = d / 2, step = d % 2 == 0 ? 1 : -1;
                 const int next =

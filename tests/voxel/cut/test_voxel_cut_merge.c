@@ -54,7 +54,7 @@ static bool cells_meet(const CutSample *sample, int smaller, int direction)
     for (int i = 0; i < edge; i++)
         for (int j = 0; j < edge; j++) {
             int in[3], out[3];
-            memcpy(in, element->cell, sizeof in);
+            cut_lattice_place(&sample->cut, smaller, in);
             in[axis] += direction & 1 ? edge - 1 : 0;
             in[(axis + 1) % 3] += i;
             in[(axis + 2) % 3] += j;

@@ -403,7 +403,7 @@ TEST(suction_takes_at_its_rate_the_nearest_first)
     // No cell that stays is nearer at rest than one that went by more than the body has deformed.
     double farthest = 0.0, nearest = 1.0;
     for (int c = 0; c < world.cuts->lattice.level_first[1]; c++) {
-        const int *p = world.cuts->lattice.element[c].cell;
+        const short *p = world.cuts->lattice.element[c].cell;
         const double size = world.lattice.size;
         const Vec3 x = vec3((p[0] - 7.5) * size, (p[1] - 7.5) * size, (p[2] - 7.5) * size);
         const double d = vec3_length(vec3_sub(x, at));
