@@ -252,6 +252,11 @@ typedef struct BodyOps {
     // Writes the share of the body's error around each published node, 0 to 255 of the largest, of
     // the last complete round. Comes with `estimate`.
     void (*snapshot_error)(const void *model, unsigned char *share);
+    // Tells of squares [first, end) of the published mesh, two triangles each, how wide the element
+    // there is, 2^level cells, and a number that differs from those of all elements that touch it;
+    // zeros of free squares. Only with Body.element_at_level.
+    void (*snapshot_elements)(const Body *body, int first, int end, unsigned char *level,
+                              uint16_t *tag);
     // Accounts for the body's tissues, by label; returns their number, writes at most `capacity`.
     // NULL: nothing can be cut off or taken from it.
     int (*account)(const void *model, TissueAccount *account, int capacity);
@@ -313,6 +318,9 @@ struct Body {
     int spring_count, element_count;
     int fine_elements; // of a solid that adapts: as many if all of its surface were finest; else 0
     int finest_level;  // finest level in use
+    const int *element_at_level; // [element_levels] of a solid whose elements can be told at its
+    int element_levels;          // surface (snapshot_elements): how many there are now; else NULL
+    int64_t element_changes;     // grows whenever elements have changed, restored ones included
 
     // Bounds of the body alone, for the step and for the stiffness of contacts.
     double lambda;         // of M^-1 K [1/s2]

@@ -134,6 +134,7 @@ static void send_all(Bus *bus)
     bus_send_meshes(bus, now_ns);
     bus_report_ledger(bus, now_ns);
     bus_send_errors(bus, now_ns);
+    bus_send_elements(bus, now_ns);
     bus_send_looks(bus, now_ns);
     bus_report_status(bus, now_ns);
 }

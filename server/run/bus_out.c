@@ -176,6 +176,7 @@ void bus_restart_streams(Bus *bus)
 {
     bus->ledger_wanted = true;
     bus_restart_errors(bus);
+    bus_restart_elements(bus);
     bus_restart_meshes(bus);
     for (int i = 0; i < sim_body_count(bus->sim); i++)
         bus->body[i].frame_wanted = true;
@@ -191,8 +192,8 @@ int64_t bus_next_chunk_ns(const Bus *bus)
         // chunks that are under way,
         const BodyStream *stream = &bus->body[i];
         const Pace *pace[] = {&stream->nodes, &stream->whole, &stream->delta_pace,
-                              &stream->map_pace};
-        for (int k = 0; k < 4; k++) {
+                              &stream->map_pace, &stream->elements_pace};
+        for (int k = 0; k < 5; k++) {
             int64_t due = pace_next_ns(pace[k]);
             next = due < next ? due : next;
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Shared by the bus's files: bus.c (thread and start), bus_in.c (messages in), bus_out.c (frames,
 // contacts, replies, events, status), bus_points.c (positions in packets), bus_ledger.c (the
-// ledger), bus_error.c (errors), bus_look.c (colours), bus_mesh.c (meshes and rest positions),
-// bus_claim.c (ownership of the prefix). Bus thread only.
+// ledger), bus_error.c (errors), bus_look.c (colours), bus_elements.c (elements), bus_mesh.c
+// (meshes and rest positions), bus_claim.c (ownership of the prefix). Bus thread only.
 #ifndef PLIANT_RUN_BUS_PARTS_H
 #define PLIANT_RUN_BUS_PARTS_H
 
@@ -37,7 +37,8 @@
     X(REST, rest_t, BODY)                                                                          \
     X(WALLS, walls_t, BODY)                                                                        \
     X(LOOK, look_t, BODY)                                                                          \
-    X(ERROR_MAP, error_map_t, BODY)
+    X(ERROR_MAP, error_map_t, BODY)                                                                \
+    X(ELEMENTS, elements_t, BODY)
 
 #define OUT_KIND(channel, type, of) OUT_##channel,
 typedef enum Out { OUT_LIST(OUT_KIND) OUT_KINDS } Out;
@@ -153,7 +154,10 @@ typedef struct BodyStream {
     RestCopy *rest;      // of `mesh`; NULL: neither published nor needed for its colours
     const ErrorMap *map; // the newest taken, or NULL
     Pace map_pace;
-    bool map_wanted; // again, for a client that asks
+    bool map_wanted;             // again, for a client that asks
+    const ElementsOut *elements; // as the map
+    Pace elements_pace;
+    bool elements_wanted;
 } BodyStream;
 
 typedef struct LookChunk LookChunk;
@@ -291,6 +295,10 @@ void bus_report_ledger(Bus *bus, int64_t now_ns);
 void bus_create_errors(Bus *bus, Arena *arena);
 void bus_send_errors(Bus *bus, int64_t now_ns);
 void bus_restart_errors(Bus *bus);
+
+// bus_elements.c. Publishes elements that have changed, or that a client asked for.
+void bus_send_elements(Bus *bus, int64_t now_ns);
+void bus_restart_elements(Bus *bus);
 
 // bus.c
 // Publishes a message of the kind's type on the channel of a body or tool, else 0, and counts it.

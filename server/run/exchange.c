@@ -305,6 +305,64 @@ bool exchange_push_error_maps(Exchange *exchange, Sim *sim)
     return pushed;
 }
 
+static void create_elements(Exchange *exchange, Sim *sim, Arena *arena)
+{
+    const size_t bodies = (size_t)exchange->body_count;
+    exchange->elements = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *exchange->elements,
+                                        "run/element_slots");
+    exchange->elements_push = arena_allocate(arena, ARENA_OUTPUT, bodies,
+                                             sizeof *exchange->elements_push, "run/element_pushes");
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(sim, i);
+        const size_t squares = (size_t)body->mesh.triangle_capacity / 2;
+        if (body->element_at_level == NULL)
+            continue;
+        ASSERT(body->element_levels <= ELEMENT_LEVELS);
+        create_slot(&exchange->elements[i], arena,
+                    sizeof(ElementsOut) + squares * (sizeof(uint16_t) + 1), "elements");
+        exchange->elements_push[i].changes = -1;
+    }
+}
+
+static bool push_elements(Slot *slot, ElementsPush *push, const Body *body, Sim *sim, bool due,
+                          bool now)
+{
+    // Those of another mesh are of no use, so what is under way begins again.
+    const bool is_new = push->topology != body->mesh.topology;
+    if (!push->under_way && (!due || (!is_new && push->changes == body->element_changes)))
+        return false;
+    ElementsOut *out = slot_back(slot);
+    if (!push->under_way || is_new) {
+        *push = (ElementsPush){body->element_changes, body->mesh.topology, 0, true};
+        out->step = sim_steps(sim);
+        out->topology = body->mesh.topology;
+        out->square_count = body->mesh.triangle_count / 2;
+        out->levels = body->element_levels;
+        memcpy(out->at_level, body->element_at_level, (size_t)out->levels * sizeof *out->at_level);
+    }
+    // Elements may change meanwhile; then all are written once more.
+    int end = push->written + SQUARES_IN_TICK;
+    if (now || end > out->square_count)
+        end = out->square_count;
+    body->ops->snapshot_elements(body, push->written, end, elements_levels(out) + push->written,
+                                 out->tag + push->written);
+    push->written = end;
+    push->under_way = end < out->square_count;
+    if (!push->under_way)
+        slot_publish(slot);
+    return !push->under_way;
+}
+
+bool exchange_push_elements(Exchange *exchange, Sim *sim, bool due, bool now)
+{
+    bool pushed = false;
+    for (int i = 0; i < exchange->body_count && exchange->elements != NULL; i++)
+        if (exchange->elements[i].memory != NULL)
+            pushed |= push_elements(&exchange->elements[i], &exchange->elements_push[i],
+                                    sim_body(sim, i), sim, due, now);
+    return pushed;
+}
+
 // Returns a capacity for that many entries: a power of two within limits.
 static unsigned waiting(double count, unsigned least, unsigned most)
 {
@@ -396,6 +454,8 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
         create_slot(&exchange->ledger, arena, round_up(options->ledger), "ledger");
     if (options->errors)
         create_errors(exchange, sim, options->error_maps, arena);
+    if (options->elements)
+        create_elements(exchange, sim, arena);
     // Rings of requests and of the answers, contacts and events that go out.
     create_ring(&exchange->request, arena, EXCHANGE_REQUESTS, sizeof(Input), "requests");
     create_ring(&exchange->urgent, arena, EXCHANGE_URGENT, sizeof(Input), "urgent_requests");

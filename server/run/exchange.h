@@ -127,6 +127,8 @@ enum {
     EXCHANGE_FRAMES_MOST = 64,
     EXCHANGE_MESHES = 16,  // of one changing body, to be recorded
     EXCHANGE_LEDGERS = 16, // to be recorded
+    ELEMENT_LEVELS = 8,
+    SQUARES_IN_TICK = 2048, // whose elements are written in one tick: about 20 us
 };
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
@@ -177,6 +179,27 @@ typedef struct ErrorMap {
     unsigned char share[];
 } ErrorMap;
 
+// The element at each square of a body's surface (elements_t); behind the tags is the level of
+// each.
+typedef struct ElementsOut {
+    int64_t step;
+    int topology, square_count, levels;
+    int at_level[ELEMENT_LEVELS];
+    uint16_t tag[]; // [square_count]
+} ElementsOut;
+
+static inline unsigned char *elements_levels(const ElementsOut *out)
+{
+    return (unsigned char *)(uintptr_t)(out->tag + out->square_count);
+}
+
+// How far they have been written. Step thread only.
+typedef struct ElementsPush {
+    int64_t changes;       // Body.element_changes when it was begun
+    int topology, written; // squares
+    bool under_way;
+} ElementsPush;
+
 // The members of body_status_t that change, as the step thread knows them.
 typedef struct BodyOut {
     BodyMeasure measure;
@@ -224,10 +247,13 @@ typedef struct Exchange {
     Slot *error_map; // [body_count] of ErrorMap; NULL: maps are not published. No memory: the body
                      // has none
     int *error_rounds; // [body_count] of the map handed over last; step thread only
-    Ring contact;      // of ContactOut; no memory without tools
-    Ring answer;       // of Answer
-    Ring event;        // of EventOut
-    atomic_llong lost; // contacts and events that found their ring full
+    Slot *elements; // [body_count] of ElementsOut; NULL: not published. No memory: the body tells
+                    // none
+    ElementsPush *elements_push; // [body_count]
+    Ring contact;                // of ContactOut; no memory without tools
+    Ring answer;                 // of Answer
+    Ring event;                  // of EventOut
+    atomic_llong lost;           // contacts and events that found their ring full
     atomic_llong beat, step,
         late; // iterations of the step thread, ticks since the start, late ticks
     // step -> files, only with a files thread
@@ -274,7 +300,8 @@ typedef struct ExchangeOptions {
     double nodes_hz;         // frames per second to be recorded
     double tools_hz;         // tool samples per second to be recorded; 0: with the nodes
     size_t ledger;           // bytes; 0: the run has none
-    bool errors, error_maps; // they are published
+    bool errors, error_maps; // they are published,
+    bool elements;           // and so are these
 } ExchangeOptions;
 
 // Allocates everything from the world's arena, which frees it. Load time.
@@ -286,6 +313,10 @@ const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at
 // Hand the errors, and the maps of bodies that have new ones, to the bus, if they are published.
 void exchange_push_error(Exchange *exchange, Sim *sim);
 bool exchange_push_error_maps(Exchange *exchange, Sim *sim);
+// Hands the elements of bodies whose elements have changed to the bus, some squares in each tick,
+// if they are published: begins if they are `due`. `now`: all squares at once. True if any were
+// handed over.
+bool exchange_push_elements(Exchange *exchange, Sim *sim, bool due, bool now);
 // Returns the mesh copied behind a frame; NULL for a body whose mesh never changes. The step thread
 // writes it, the thread that took the frame reads it.
 MeshCopy *exchange_frame_mesh(const Exchange *exchange, int body, const Frame *frame);

@@ -257,6 +257,7 @@ ExchangeOptions live_exchange(const Scene *scene, const LiveOptions *options)
                              .rest = scene->publish.rest,
                              .errors = scene->publish.error_hz > 0.0,
                              .error_maps = scene->publish.error_map,
+                             .elements = scene->publish.elements_hz > 0.0,
                              .checkpoints = options->checkpoint_path != NULL,
                              .logs_inputs = options->input_log_path != NULL,
                              .records = options->record_path != NULL,

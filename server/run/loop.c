@@ -223,6 +223,16 @@ static void push_errors(Loop *loop, bool now)
     loop->handed_over |= exchange_push_error_maps(loop->exchange, loop->sim);
 }
 
+// Hands elements over that have changed, when they are due or `now`.
+static void push_elements(Loop *loop, bool now)
+{
+    const double hz = loop->scene->publish.elements_hz;
+    if (loop->exchange->elements == NULL)
+        return;
+    const bool due = now || loop_due(sim_steps(loop->sim), hz, loop->scene->sim.rate_hz);
+    loop->handed_over |= exchange_push_elements(loop->exchange, loop->sim, due, now);
+}
+
 static void report_grasps(Loop *loop)
 {
     GraspEvent event;
@@ -341,6 +351,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     report_grasps(loop);
     push_ledger(loop, false);
     push_errors(loop, false);
+    push_elements(loop, false);
     if (loop->checkpoint_ticks > 0 && step % loop->checkpoint_ticks == 0)
         atomic_store_explicit(&loop->exchange->checkpoint_wanted, true, memory_order_relaxed);
     // Timings come last: they include the copying above.
@@ -368,6 +379,7 @@ static void run_steps(Loop *loop)
     push_frames(loop, true);
     push_ledger(loop, true);
     push_errors(loop, true);
+    push_elements(loop, true);
     loop_push_status(loop);
     requests_finish_step(loop);
     wake_bus(loop);

@@ -164,6 +164,11 @@ static const Option PUBLISH_OPTIONS[] = {
      .feature = {.name = "error of nodes in messages"},
      .about = "Whether it is also published where on each body the error is, for viewers: a byte "
               "for each node (`error_map_t`)."},
+    {"elements_hz", OPTION_REAL, AT(elements_hz), "Hz", 0.0, 10000.0, .follows = true,
+     .idle = {&IDLE_HAS_NO_VOXELS}, .feature = {.name = "elements at surfaces in messages"},
+     .about = "How often per second it is published which element is at each square of a voxel "
+              "body's surface, at most and only after elements have changed, for viewers "
+              "(`elements_t`); 0: never."},
     {"nodes", OPTION_WORD, AT(nodes), "", .words = NODES_WORDS, .idle = {&IDLE_HAS_NO_INSIDE},
      .feature = {.name = "inner vertices in messages"},
      .about = "Which nodes: those of the surface, or all, including those inside voxel bodies."},

@@ -122,7 +122,7 @@ enum { START_RUNNING, START_PAUSED };
 
 typedef struct ScenePublish {
     double nodes_hz, mesh_hz, contact_hz, status_hz; // 0: never
-    double error_hz;                                 // likewise
+    double error_hz, elements_hz;                    // likewise
     int positions;                                   // POSITIONS_*
     int nodes;                                       // NODES_*
     bool velocity;

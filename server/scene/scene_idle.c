@@ -61,6 +61,14 @@ static bool publishes_no_errors(const OptionPlace *place)
     return !(place->scene->publish.error_hz > 0.0);
 }
 
+static bool has_no_voxels(const OptionPlace *place)
+{
+    for (int i = 0; i < place->scene->body_count; i++)
+        if (place->scene->body[i].model == MODEL_VOXEL)
+            return false;
+    return true;
+}
+
 static bool publishes_no_contacts(const OptionPlace *place)
 {
     return !(place->scene->publish.contact_hz > 0.0);
@@ -192,6 +200,7 @@ const OptionIdle IDLE_PUBLISHES_ALL_NODES = {publishes_all_nodes, "publish.nodes
 const OptionIdle IDLE_HAS_NO_TOOL = {publishes_contacts_of_none, "there is no tool"};
 const OptionIdle IDLE_HAS_ONLY_PLANES = {has_only_planes, "plane bodies report none"};
 const OptionIdle IDLE_PUBLISHES_NO_ERRORS = {publishes_no_errors, "error_hz is 0"};
+const OptionIdle IDLE_HAS_NO_VOXELS = {has_no_voxels, "there is no voxel body"};
 const OptionIdle IDLE_PUBLISHES_NO_CONTACTS = {publishes_no_contacts, "contact_hz is 0"};
 const OptionIdle IDLE_HAS_ONE_LEVEL = {has_one_level, "levels is 0"};
 const OptionIdle IDLE_IS_EXPLICIT = {is_explicit, "the integrator is not \"implicit\""};

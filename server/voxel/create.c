@@ -403,6 +403,12 @@ static bool create_body(Body *body, VoxelMaking *making, Arena *arena, StateList
         model->error = voxel_error_create(making->capacity, name, arena,
                                           options->body.adapt_error > 0.0 ? state : NULL);
     describe(body, model, making);
+    if (options->skin == NULL) {
+        body->element_at_level = model->element_at_level;
+        body->element_levels = VOXEL_LEVELS_MAX + 1;
+        for (int d = 0; d < 3; d++)
+            model->points[d] = making->layout.lattice_count[d] + 1;
+    }
     return changes ? cut_body_create_surface(model, making, body, arena, state, status)
                    : create_surface(model, making, body, arena, status);
 }

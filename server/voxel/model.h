@@ -20,6 +20,7 @@ typedef struct VoxelModel {
     bool viscous; // see VoxelPass
     const VoxelStiffening *stiffening;
     const int *element_at_level; // [VOXEL_LEVELS_MAX + 1]
+    int points[3];               // of the lattice, of which ids are made
     BatchRuns *batches;          // what the kernels evaluate; its rotations are state
     int surface_count; // the first vertices: on the outer faces of the body before any cut
     // Vertices of the published nodes, unless there is a skin.
@@ -46,6 +47,9 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
                           const VoxelOptions *options, Arena *arena);
 void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, bool all,
                        const char *name, Arena *arena);
+// BodyOps.snapshot_elements, of a body without skin.
+void voxel_snapshot_elements(const Body *body, int first, int end, unsigned char *level,
+                             uint16_t *tag);
 
 // --- create.c. Load time ---
 

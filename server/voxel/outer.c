@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The outer faces of a voxel body for tools and loads, and the mesh for clients. Load time only.
-#include "voxel/model.h"
+#include "voxel/cut/cut_body.h"
 
 #include <math.h>
 #include <string.h>
@@ -99,4 +99,54 @@ void voxel_create_mesh(VoxelModel *model, Body *body, const LatticeMesh *mesh, b
         .piece = piece,
         .level = level,
     };
+}
+
+// Writes the cell of an outer square of a body that cannot be cut, from the lattice points of its
+// corners: counter-clockwise from outside.
+static void find_cell(const Body *body, int square, int cell[3])
+{
+    const VoxelModel *model = body->model;
+    const int(*triangle)[3] = (const int(*)[3])body->surface.face + 2 * square;
+    const int *n = model->points;
+    int point[3][3];
+    for (int k = 0; k < 3; k++) {
+        const int index = model->vertices.id[triangle[0][k]] % (n[0] * n[1] * n[2]);
+        point[k][0] = index % n[0];
+        point[k][1] = index / n[0] % n[1];
+        point[k][2] = index / (n[0] * n[1]);
+    }
+    for (int d = 0; d < 3; d++) {
+        const int e = (d + 1) % 3, f = (d + 2) % 3;
+        cell[d] = point[0][d];
+        for (int k = 1; k < 3; k++)
+            cell[d] = point[k][d] < cell[d] ? point[k][d] : cell[d];
+        // Twice the area along d: towards +d the cell is below its square.
+        const int area = (point[1][e] - point[0][e]) * (point[2][f] - point[0][f]) -
+                         (point[1][f] - point[0][f]) * (point[2][e] - point[0][e]);
+        cell[d] -= area > 0;
+    }
+}
+
+// Elements that touch are 2^5 cells apart along each axis at most, so their lowest cells differ
+// modulo TAGS.
+enum { TAGS = 40 };
+_Static_assert(1 << VOXEL_LEVELS_MAX < TAGS, "elements that touch may have the same tag");
+_Static_assert(TAGS *TAGS *TAGS <= UINT16_MAX, "tags have 16 bits");
+
+void voxel_snapshot_elements(const Body *body, int first, int end, unsigned char *level,
+                             uint16_t *tag)
+{
+    const VoxelModel *model = body->model;
+    for (int q = first; q < end; q++) {
+        // The surface of other bodies has single cells.
+        int cell[3] = {0};
+        const CutElement *leaf = NULL;
+        if (model->cuts != NULL)
+            leaf = cut_faces_element(&model->cuts->faces, q);
+        else
+            find_cell(body, q, cell);
+        const int *at = leaf != NULL ? leaf->cell : cell;
+        level[q - first] = leaf != NULL ? leaf->level : 0;
+        tag[q - first] = (uint16_t)(at[0] % TAGS + TAGS * (at[1] % TAGS + TAGS * (at[2] % TAGS)));
+    }
 }

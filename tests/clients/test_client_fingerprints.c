@@ -13,20 +13,21 @@ typedef struct Fingerprint {
 } Fingerprint;
 
 static const Fingerprint PUBLISHED[] = {
-    {"pliant_body_status_t", 0x991c11491664cb0b},   {"pliant_claim_t", 0xfe7a3f74a34be92f},
-    {"pliant_command_t", 0xcb038eea8be21f52},       {"pliant_contact_t", 0x4e0376a28edf41da},
-    {"pliant_cut_t", 0x6d0efac2cb844dd1},           {"pliant_error_body_t", 0xc464873dfdba2544},
-    {"pliant_error_map_t", 0x901507f425c711c1},     {"pliant_error_t", 0x93cdc26d3c8e966f},
-    {"pliant_error_tool_t", 0xc55a2f9c9c49b23d},    {"pliant_event_t", 0xce1dc83f7018c10d},
-    {"pliant_hello_t", 0x1021550bd19bf4a6},         {"pliant_ledger_body_t", 0x9cfa83911e1844da},
-    {"pliant_ledger_region_t", 0x854b9fc064b0e070}, {"pliant_ledger_t", 0x9e269b1299f33b3c},
-    {"pliant_ledger_tissue_t", 0x26df9e3681bdfe93}, {"pliant_load_t", 0x82f1551aa90e215f},
-    {"pliant_look_t", 0x535de1fe520299d2},          {"pliant_mesh_delta_t", 0x13e78e83dd7fe244},
-    {"pliant_mesh_t", 0x426ccbe492320638},          {"pliant_nodes_t", 0xb6e1f452106590ca},
-    {"pliant_playback_t", 0x4b89f6052e08ea04},      {"pliant_points_t", 0x04a34c3943030996},
-    {"pliant_reply_t", 0x28d391b0be52fb25},         {"pliant_rest_t", 0xa773615f93fb3aa0},
-    {"pliant_status_t", 0x77398c262827a161},        {"pliant_tie_t", 0x0ad4aa0074e6922e},
-    {"pliant_tool_pose_t", 0x869d9c7b8491ddd3},     {"pliant_walls_t", 0x8f758205e5809fbe},
+    {"pliant_body_status_t", 0x991c11491664cb0b}, {"pliant_claim_t", 0xfe7a3f74a34be92f},
+    {"pliant_command_t", 0xcb038eea8be21f52},     {"pliant_contact_t", 0x4e0376a28edf41da},
+    {"pliant_cut_t", 0x6d0efac2cb844dd1},         {"pliant_elements_t", 0xa64d486f35ffdee5},
+    {"pliant_error_body_t", 0xc464873dfdba2544},  {"pliant_error_map_t", 0x901507f425c711c1},
+    {"pliant_error_t", 0x93cdc26d3c8e966f},       {"pliant_error_tool_t", 0xc55a2f9c9c49b23d},
+    {"pliant_event_t", 0xce1dc83f7018c10d},       {"pliant_hello_t", 0x1021550bd19bf4a6},
+    {"pliant_ledger_body_t", 0x9cfa83911e1844da}, {"pliant_ledger_region_t", 0x854b9fc064b0e070},
+    {"pliant_ledger_t", 0x9e269b1299f33b3c},      {"pliant_ledger_tissue_t", 0x26df9e3681bdfe93},
+    {"pliant_load_t", 0x82f1551aa90e215f},        {"pliant_look_t", 0x535de1fe520299d2},
+    {"pliant_mesh_delta_t", 0x13e78e83dd7fe244},  {"pliant_mesh_t", 0x426ccbe492320638},
+    {"pliant_nodes_t", 0xb6e1f452106590ca},       {"pliant_playback_t", 0x4b89f6052e08ea04},
+    {"pliant_points_t", 0x04a34c3943030996},      {"pliant_reply_t", 0x28d391b0be52fb25},
+    {"pliant_rest_t", 0xa773615f93fb3aa0},        {"pliant_status_t", 0x77398c262827a161},
+    {"pliant_tie_t", 0x0ad4aa0074e6922e},         {"pliant_tool_pose_t", 0x869d9c7b8491ddd3},
+    {"pliant_walls_t", 0x8f758205e5809fbe},
 };
 
 static const Fingerprint *find(const char *type)

@@ -128,6 +128,9 @@ const KeyRow KEY_ROWS[] = {
         "publish = { error_hz = 10.0; error_map = true; };")},
     {IS_IDLE(PUBLISH, error_map, P, HEAD, "publish = { error_hz = 10.0; };",
              "publish = { error_hz = 10.0; error_map = true; };", "plane bodies report none")},
+    {IN(PUBLISH, elements_hz, V, STREAM, HEAD, "", "publish = { elements_hz = 10.0; };")},
+    {IS_IDLE(PUBLISH, elements_hz, S | P, HEAD, "", "publish = { elements_hz = 10.0; };",
+             "there is no voxel body")},
     {IN(PUBLISH, nodes, V, STREAM, HEAD, "", "publish = { nodes = \"all\"; };")},
     // They have no inside: all their nodes are published anyhow.
     {IS_IDLE(PUBLISH, nodes, S | P, HEAD, "", "publish = { nodes = \"all\"; };",

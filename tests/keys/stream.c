@@ -15,13 +15,14 @@
 #include <poll.h>
 #include <sys/wait.h>
 
-enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 8 };
+enum { RUNS = 24, FIRST_PORT = 7700, KIND_COUNT = 10 };
 #define RATE    "rate_hz = 200.0;\n"
 #define SECONDS "3.0" // two presses: the stiffness of a contact takes dozens of its ticks
 
 // The kinds of channels by what stands behind the prefix.
-static const char *const KIND[KIND_COUNT] = {"_NODES_",  "_VELOCITY_", "_MESH_",   "_REST_",
-                                             "_CONTACT", "_STATUS",    "_POINTS_", "_LOOK_"};
+static const char *const KIND[KIND_COUNT] = {"_NODES_",     "_VELOCITY_", "_MESH_",   "_REST_",
+                                             "_CONTACT",    "_STATUS",    "_POINTS_", "_LOOK_",
+                                             "_ERROR_MAP_", "_ELEMENTS_"};
 
 // What came of one daemon; zero where nothing came.
 typedef struct Stream {

@@ -124,6 +124,7 @@ static const Case VOXEL[] = {
     {.feature = "inner vertices in messages",
      .publish = "mesh_hz = 0.0; status_hz = 0.0; nodes = \"all\";",
      .others = 1}, // positions
+    {.feature = "elements at surfaces in messages", .publish = SILENT " elements_hz = 10.0;"},
     {.feature = "levels of detail", .body = "levels = 1;"},
     {.feature = "display surface", .body = "levels = 0; skin = { mesh = \"skin.off\"; };"},
     {.feature = "tearing", .body = "cuttable = true; tear = { stress = 1.0e4; };", .others = 1},
@@ -224,8 +225,8 @@ TEST(each_feature_of_a_surface_scene_has_its_key)
 {
     if (!WITH_SURFACE)
         skip();
-    // And inner vertices, which no surface body has.
-    expect_nothing(false, COUNT(COMMON) + COUNT(SURFACE) + 1);
+    // And inner vertices and elements, which no surface body has.
+    expect_nothing(false, COUNT(COMMON) + COUNT(SURFACE) + 2);
     for (int i = 0; i < COUNT(COMMON); i++)
         if (WITH_HDF5 || or_else(COMMON[i].arguments, "")[0] == '\0')
             expect_flip(false, &COMMON[i]);

@@ -17,6 +17,7 @@
 static void count_elements(const VoxelCuts *cuts, Body *body)
 {
     body->element_count = cuts->lattice.leaf_count;
+    body->element_changes++;
     if (cuts->adapt != NULL)
         body->finest_level = cut_adapt_finest(cuts->adapt);
 }

@@ -610,6 +610,13 @@ static int find_with_carried(const CutFaces *faces, const RegionTest *test, int 
     return found;
 }
 
+const CutElement *cut_faces_element(const CutFaces *faces, int square)
+{
+    const CutLattice *lattice = faces->lattice;
+    const int code = faces->square[square];
+    return code < 0 ? NULL : &lattice->element[cut_parts_leaf(lattice, code / 6)];
+}
+
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity)
 {
     const Vertices *vertices = faces->vertices;

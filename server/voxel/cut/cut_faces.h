@@ -99,6 +99,8 @@ bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyCha
 bool cut_faces_derive(CutFaces *faces, Body *body);
 // BodyOps.find_nodes: among the vertices that are on the surface now.
 int cut_faces_find_nodes(const CutFaces *faces, const Region *region, int *node, int capacity);
+// Returns the leaf behind a square; NULL: the square is free.
+const CutElement *cut_faces_element(const CutFaces *faces, int square);
 
 // --- shared by cut_faces.c and cut_faces_create.c ---
 
