@@ -17,6 +17,7 @@ enum {
     FRAMES_NODES_MAX = 1 << 22,  // a frame that claims more is refused
     FRAMES_NODES_FREE = 1 << 16, // and one of nodes that claims more than these and its mesh
     FRAMES_TRIANGLES_MAX = 1 << 23,
+    FRAMES_LEVELS_MAX = 8,
     FRAMES_CHUNKS_MAX = 1 << 16, // of a mesh; the largest needs 5462 as the server cuts it
     FRAMES_BYTES_MAX = 1 << 30,  // of all frames: the largest mesh with its nodes takes 0.5 GB
 };
@@ -113,6 +114,24 @@ typedef struct ErrorMapFrame {
     int64_t refused; // chunks
 } ErrorMapFrame;
 
+// The elements at the surface of one body (elements_t).
+typedef struct ElementsFrame {
+    // of the message being assembled, or of the last complete one
+    int64_t utime; // of the server [us]
+    int32_t sequence, topology, chunk_count;
+    int square_count, level_count;
+    int32_t at_level[FRAMES_LEVELS_MAX]; // elements of the whole body
+    unsigned char *level;                // [square_count]
+    int16_t *tag;                        // [square_count]
+    int mesh_nodes;                      // as in NodesFrame
+    // bookkeeping
+    bool started, whole;
+    FramesParts squares;
+    size_t held;     // of the budget [bytes]
+    int64_t lost;    // messages given up for a newer one
+    int64_t refused; // chunks
+} ElementsFrame;
+
 // The mesh or delta being assembled: rows in the order of their arrival, so that memory follows
 // what has come, not what a message claims. A whole mesh is a change that brings every slot.
 typedef struct MeshChange {
@@ -154,10 +173,12 @@ FramesResult mesh_frame_add_delta(MeshFrame *frame, const void *data, size_t siz
 FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size);
 FramesResult look_frame_add(LookFrame *frame, const void *data, size_t size);
 FramesResult error_map_frame_add(ErrorMapFrame *frame, const void *data, size_t size);
+FramesResult elements_frame_add(ElementsFrame *frame, const void *data, size_t size);
 void nodes_frame_destroy(NodesFrame *frame);
 void mesh_frame_destroy(MeshFrame *frame);
 void rest_frame_destroy(RestFrame *frame);
 void look_frame_destroy(LookFrame *frame);
 void error_map_frame_destroy(ErrorMapFrame *frame);
+void elements_frame_destroy(ElementsFrame *frame);
 
 #endif

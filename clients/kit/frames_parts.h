@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Shared by frames.c, frames_error.c, frames_mesh.c and frames_look.c.
+// Shared by frames.c, frames_elements.c, frames_error.c, frames_mesh.c and frames_look.c.
 #ifndef PLIANT_CLIENTS_FRAMES_PARTS_H
 #define PLIANT_CLIENTS_FRAMES_PARTS_H
 

@@ -8,6 +8,7 @@
 #include "pliant_claim_t.h"
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
+#include "pliant_elements_t.h"
 #include "pliant_error_map_t.h"
 #include "pliant_error_t.h"
 #include "pliant_event_t.h"
@@ -52,6 +53,8 @@ const WireType WIRE_LEDGER = {"l i l d nnn *0(sbdd) *1(ssdddddd) *2(sbbdddss)",
 const WireType WIRE_ERROR = {"l i l d nn *0(sddddl) *1(iddd)", __pliant_error_t_get_hash,
                              "error_t"};
 const WireType WIRE_ERROR_MAP = {"l i l iiiii n *0b", __pliant_error_map_t_get_hash, "error_map_t"};
+const WireType WIRE_ELEMENTS = {"l i l iiiii nn *0i *1b *1h", __pliant_elements_t_get_hash,
+                                "elements_t"};
 
 enum { WALK_COUNTS = 4 };
 

@@ -21,7 +21,7 @@ typedef struct WireType {
 extern const WireType WIRE_POINTS;
 extern const WireType WIRE_TOOL_POSE, WIRE_COMMAND, WIRE_REPLY, WIRE_NODES, WIRE_MESH,
     WIRE_MESH_DELTA, WIRE_REST, WIRE_WALLS, WIRE_LOOK, WIRE_CONTACT, WIRE_STATUS, WIRE_EVENT,
-    WIRE_CLAIM, WIRE_PLAYBACK, WIRE_HELLO, WIRE_LEDGER, WIRE_ERROR, WIRE_ERROR_MAP;
+    WIRE_CLAIM, WIRE_PLAYBACK, WIRE_HELLO, WIRE_LEDGER, WIRE_ERROR, WIRE_ERROR_MAP, WIRE_ELEMENTS;
 
 // True if `data` begins as a message of the type; else a program of another version sent it.
 bool wire_is(const WireType *type, const void *data, size_t size);

@@ -20,6 +20,7 @@ enum {
     KIND_REST = 3,
     KIND_LOOK = 4,
     KIND_ERROR_MAP = 5,
+    KIND_ELEMENTS = 6,
     HEADER_WORDS = 6
 };
 
@@ -124,6 +125,19 @@ Parcel *parcel_error_map(int body, const ErrorMapFrame *map)
     return parcel;
 }
 
+Parcel *parcel_elements(int body, const ElementsFrame *elements)
+{
+    const size_t n = (size_t)elements->square_count, levels = (size_t)elements->level_count;
+    Parcel *parcel = make(false, 4 * HEADER_WORDS + 4 * levels + 3 * n);
+    unsigned char *at = parcel->data;
+    put_header(&at, KIND_ELEMENTS, body, elements->topology, elements->square_count,
+               elements->level_count, 0);
+    put(&at, elements->at_level, levels, 4);
+    put(&at, elements->tag, n, 2);
+    put(&at, elements->level, n, 1);
+    return parcel;
+}
+
 Parcel *parcel_hold(Parcel *parcel)
 {
     if (parcel)
@@ -169,6 +183,7 @@ static void empty_bodies(Board *board)
         empty_slot(&board->body[i].rest);
         empty_slot(&board->body[i].nodes);
         empty_slot(&board->body[i].error_map);
+        empty_slot(&board->body[i].elements);
     }
 }
 
@@ -274,6 +289,11 @@ void board_set_look(Board *board, int body, Parcel *look)
 void board_set_error_map(Board *board, int body, Parcel *map)
 {
     set_slot(board, &board->body[body].error_map, map);
+}
+
+void board_set_elements(Board *board, int body, Parcel *elements)
+{
+    set_slot(board, &board->body[body].elements, elements);
 }
 
 // Wakes no thread: contacts and poses come up to a thousand times per second, and the threads of
@@ -477,6 +497,7 @@ static void take(Board *board, BoardPage *page, Round *round)
         take_slot(&board->body[i].rest, seen, round);
         take_slot(&board->body[i].nodes, seen, round);
         take_slot(&board->body[i].error_map, seen, round);
+        take_slot(&board->body[i].elements, seen, round);
     }
     // what waits for this page alone,
     for (; page->waiting > 0; page->waiting--) {

@@ -32,6 +32,7 @@ Parcel *parcel_nodes(int body, const NodesFrame *nodes);
 Parcel *parcel_rest(int body, const RestFrame *rest);
 Parcel *parcel_look(int body, const LookFrame *look);
 Parcel *parcel_error_map(int body, const ErrorMapFrame *map);
+Parcel *parcel_elements(int body, const ElementsFrame *elements);
 
 Parcel *parcel_hold(Parcel *parcel); // may be NULL; returns it
 void parcel_drop(Parcel *parcel);    // may be NULL
@@ -49,7 +50,7 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 8 + 5 * BOARD_BODIES + OUTBOX_MAX,
+    ROUND_PARCELS = 8 + 6 * BOARD_BODIES + OUTBOX_MAX,
 };
 
 // The newest parcel of one kind.
@@ -59,7 +60,8 @@ typedef struct BoardSlot {
 } BoardSlot;
 
 typedef struct BoardBody {
-    BoardSlot look, mesh, rest, nodes, error_map; // the nodes are those of the mesh
+    BoardSlot look, mesh, rest, nodes; // the nodes are those of the mesh
+    BoardSlot error_map, elements;
 } BoardBody;
 
 typedef struct BoardContact {
@@ -132,6 +134,7 @@ void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *
 // Colours of a body, whatever its mesh is now.
 void board_set_look(Board *board, int body, Parcel *look);
 void board_set_error_map(Board *board, int body, Parcel *map);
+void board_set_elements(Board *board, int body, Parcel *elements);
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 // To every page, or to the page of that sender (returns false if there is none).

@@ -30,6 +30,7 @@ static void forget_body(Bodies *bodies)
         rest_frame_destroy(&bodies->body[i].rest);
         look_frame_destroy(&bodies->body[i].look);
         error_map_frame_destroy(&bodies->body[i].error_map);
+        elements_frame_destroy(&bodies->body[i].elements);
     }
     bodies->count = 0;
     bodies->open = false;
@@ -219,6 +220,22 @@ void bodies_take_error_map(Bodies *bodies, const char *name, const void *data, s
                                   parcel_error_map(index, &body->error_map));
     if (parcel)
         board_set_error_map(bodies->board, index, parcel);
+}
+
+// The same.
+void bodies_take_elements(Bodies *bodies, const char *name, const void *data, size_t size)
+{
+    Body *body = find(bodies, name);
+    if (!body)
+        return;
+    body->elements.mesh_nodes = body->mesh.most_nodes;
+    if (elements_frame_add(&body->elements, data, size) != FRAMES_WHOLE || !bodies->open)
+        return;
+    const int index = (int)(body - bodies->body);
+    Parcel *parcel =
+        unless_shown(&bodies->board->body[index].elements, parcel_elements(index, &body->elements));
+    if (parcel)
+        board_set_elements(bodies->board, index, parcel);
 }
 
 void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size)
@@ -510,6 +527,13 @@ static void on_error_map(const lcm_recv_buf_t *buffer, const char *channel, void
                           buffer->data_size);
 }
 
+static void on_elements(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+{
+    Feed *feed = user;
+    bodies_take_elements(&feed->bodies, body_of(feed, "ELEMENTS", channel), buffer->data,
+                         buffer->data_size);
+}
+
 static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
     Feed *feed = user;
@@ -546,6 +570,7 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
               client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
               client_subscribe(client, "LOOK", ".+", 4096, on_look, feed) &&
               client_subscribe(client, "ERROR_MAP", ".+", 4096, on_error_map, feed) &&
+              client_subscribe(client, "ELEMENTS", ".+", 4096, on_elements, feed) &&
               client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);

@@ -25,6 +25,7 @@ typedef struct Body {
     LookFrame look;
     bool new_look;
     ErrorMapFrame error_map;
+    ElementsFrame elements;
     int32_t first_wall; // triangles from this slot on are walls of cuts; 0: none, or unknown
     bool new_mesh, new_nodes, new_rest; // since the last update of the board
     int32_t shown;                      // topology on the board; -1: none
@@ -55,6 +56,7 @@ void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_
 void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size);
 void bodies_take_look(Bodies *bodies, const char *name, const void *data, size_t size);
 void bodies_take_error_map(Bodies *bodies, const char *name, const void *data, size_t size);
+void bodies_take_elements(Bodies *bodies, const char *name, const void *data, size_t size);
 void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t size);
 
 // Returns for how long nodes of a body have arrived without their mesh, while none is being

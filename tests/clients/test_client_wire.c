@@ -6,6 +6,7 @@
 
 #include "pliant_command_t.h"
 #include "pliant_contact_t.h"
+#include "pliant_elements_t.h"
 #include "pliant_error_map_t.h"
 #include "pliant_error_t.h"
 #include "pliant_event_t.h"
@@ -61,8 +62,9 @@ DEFINE_CODEC(look)
 DEFINE_CODEC(ledger)
 DEFINE_CODEC(error)
 DEFINE_CODEC(error_map)
+DEFINE_CODEC(elements)
 
-enum { TYPES = 15 };
+enum { TYPES = 16 };
 
 static void make_all(Raw raw[TYPES])
 {
@@ -160,6 +162,15 @@ static void make_all(Raw raw[TYPES])
     raw[14] = encode_error_map(
         &WIRE_ERROR_MAP,
         &(pliant_error_map_t){.node_count = 6, .chunk_count = 1, .num_values = 6, .share = colour});
+    static int16_t tags[2] = {1, -2};
+    static int32_t elements[1] = {7};
+    raw[15] = encode_elements(&WIRE_ELEMENTS, &(pliant_elements_t){.square_count = 2,
+                                                                   .chunk_count = 1,
+                                                                   .num_levels = 1,
+                                                                   .num_squares = 2,
+                                                                   .elements = elements,
+                                                                   .level = colour,
+                                                                   .tag = tags});
 }
 
 static void free_all(Raw raw[TYPES])

@@ -6,6 +6,7 @@
 #include "test.h"
 #include "mesh_message.h"
 
+#include "pliant_elements_t.h"
 #include "pliant_error_map_t.h"
 #include "pliant_mesh_delta_t.h"
 #include "pliant_nodes_t.h"
@@ -282,6 +283,39 @@ TEST(maps_of_errors_are_shown_once)
     share[3] = 8;
     map.sequence = 3;
     SEND(error_map_t, bodies_take_error_map, "a", map);
+    assert_true(slot->version > version);
+}
+
+TEST(elements_are_shown_once)
+{
+    static uint8_t level[] = {0, 2};
+    static int16_t tag[] = {7, -7};
+    static int32_t count[] = {5, 0, 1};
+    pliant_elements_t elements = {.sequence = 1,
+                                  .topology = 3,
+                                  .square_count = 2,
+                                  .chunk_count = 1,
+                                  .num_levels = 3,
+                                  .num_squares = 2,
+                                  .elements = count,
+                                  .level = level,
+                                  .tag = tag};
+    SEND(elements_t, bodies_take_elements, "nobody", elements);
+    SEND(elements_t, bodies_take_elements, "a", elements);
+    const BoardSlot *slot = &board.body[0].elements;
+    assert_int_equal(topology_of(slot), 3);
+    assert_int_equal(slot->parcel->size, 24 + 12 + 4 + 2);
+    assert_memory_equal(slot->parcel->data + 24, count, 12);
+    assert_memory_equal(slot->parcel->data + 36, tag, 4);
+    assert_memory_equal(slot->parcel->data + 40, level, 2);
+    // The same again, as for a client that asked, is no news.
+    const uint64_t version = slot->version;
+    elements.sequence = 2;
+    SEND(elements_t, bodies_take_elements, "a", elements);
+    assert_true(slot->version == version);
+    level[0] = 1;
+    elements.sequence = 3;
+    SEND(elements_t, bodies_take_elements, "a", elements);
     assert_true(slot->version > version);
 }
 

@@ -21,17 +21,18 @@ typedef struct Receiver {
     RestFrame rest;
     LookFrame look;
     ErrorMapFrame error_map;
+    ElementsFrame elements;
     PliantClient kit; // without connection
     View view;
     FILE *out; // nowhere
 } Receiver;
 
-enum { MESSAGE_MOST = 4096, KINDS = 14 };
+enum { MESSAGE_MOST = 4096, KINDS = 15 };
 
 static const WireType *const TYPES[KINDS] = {
-    &WIRE_NODES,  &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT,  &WIRE_STATUS,
-    &WIRE_EVENT,  &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND,  &WIRE_REST,
-    &WIRE_POINTS, &WIRE_LOOK,  &WIRE_ERROR,      &WIRE_ERROR_MAP};
+    &WIRE_NODES,  &WIRE_MESH,  &WIRE_MESH_DELTA, &WIRE_CONTACT,   &WIRE_STATUS,
+    &WIRE_EVENT,  &WIRE_REPLY, &WIRE_TOOL_POSE,  &WIRE_COMMAND,   &WIRE_REST,
+    &WIRE_POINTS, &WIRE_LOOK,  &WIRE_ERROR,      &WIRE_ERROR_MAP, &WIRE_ELEMENTS};
 
 static void check_nodes(const NodesFrame *frame)
 {
@@ -115,6 +116,11 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         MUST(right || result == FRAMES_REFUSED);
         MUST(!receiver->error_map.whole || receiver->error_map.share != NULL);
         break;
+    case 14:
+        result = elements_frame_add(&receiver->elements, data, size);
+        MUST(right || result == FRAMES_REFUSED);
+        MUST(!receiver->elements.whole || receiver->elements.tag != NULL);
+        break;
     default:
         break;
     }
@@ -161,6 +167,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     rest_frame_destroy(&receiver->rest);
     look_frame_destroy(&receiver->look);
     error_map_frame_destroy(&receiver->error_map);
+    elements_frame_destroy(&receiver->elements);
     kit_forget(&receiver->kit);
     free(receiver);
     return 0;

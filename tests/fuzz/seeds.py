@@ -418,6 +418,11 @@ def messages(pliant):
                       chunk_count=2, first=2 * chunk, num_values=2, share=bytes([0, 255])))
             for chunk in range(2)]
     put("frames", "errors", frame(error, *maps))
+    elements = [(14, fill(pliant.elements_t(), sequence=1, step=5, topology=1, square_count=4, chunk=chunk,
+                          chunk_count=2, first=2 * chunk, num_levels=2, num_squares=2, elements=[9, 1],
+                          level=bytes([0, 1]), tag=[3, -4]))
+                for chunk in range(2)]
+    put("frames", "elements", frame(*elements))
     put("frames", "whole", b"".join(bytes([kind]) + struct.pack(">H", len(m.encode())) + m.encode()
                                     for kind, m in (nodes(0, 4, 0, 1), contact, happened)))
     return sent
