@@ -5,6 +5,7 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, DynamicDrawUsage, FrontSide, Group, LineBasicMaterial,
     LineSegments, Mesh, Points, PointsMaterial } from 'three';
 import { colourOf, Colours } from './colours.js';
+import { Elements } from './elements.js';
 import { ErrorMap } from './errors.js';
 import { coarserMeshes, facing, finerMeshes, meanEdge, placeMiddles } from './detail.js';
 import { addLitNormals, addNormals, boxOf, findMates, isClosed, joinNormals, markInner, seamEdges } from './normals.js';
@@ -76,7 +77,8 @@ export class Body {
         this.colours = new Colours();
         this.tint = colourOf(name); // without a look
         this.errorMap = new ErrorMap();
-        this.errorsOld = false; // what is drawn is of an older map or mesh
+        this.elements = new Elements();
+        this.shares = null;     // what nodes have in the fourth number of their look: COLOUR; null: of an older map or mesh
         this.imageName = '';  // of an image beside the scene,
         this.beside = null;   // once it is loaded
         this.group = new Group();
@@ -204,7 +206,8 @@ export class Body {
         ends.setUsage(DynamicDrawUsage);
         this.springs.geometry.setAttribute('position', ends);
         this.group.clear();
-        this.group.add(this.seam.mesh);
+        this.elements.lines.geometry.setAttribute('position', geometry.attributes.position);
+        this.group.add(this.seam.mesh, this.elements.lines);
         for (const part of [this.surface, this.edges, this.anchors, this.springs]) {
             part.frustumCulled = false; // its bounds would be recomputed for every frame
             part.visible = false;
@@ -213,7 +216,7 @@ export class Body {
     }
 
     dispose() {
-        for (const part of [this.surface, this.edges, this.anchors, this.springs, this.seam.mesh])
+        for (const part of [this.surface, this.edges, this.anchors, this.springs, this.elements.lines, this.seam.mesh])
             part?.geometry.dispose();
     }
 
@@ -291,14 +294,21 @@ export class Body {
     /** Where the error is. */
     takeErrorMap(message) {
         this.errorMap.take(message);
-        this.errorsOld = true;
+        this.shares = null;
     }
 
-    // Only while they are shown.
-    fillErrors() {
-        const { n, twin, look } = this, share = new Uint8Array(n);
-        this.errorsOld = false;
-        this.errorMap.fill(this.mesh, share);
+    /** Which elements are at its surface. */
+    takeElements(message) {
+        this.elements.take(message);
+        this.shares = null;
+    }
+
+    // Only while they are shown: errors, or elements and their borders.
+    fillShares(colouring) {
+        const { n, twin, look, mesh, elements } = this, share = new Uint8Array(n);
+        if (colouring === COLOUR.ERROR) this.errorMap.fill(mesh, share);
+        else elements.show(mesh, share);
+        this.shares = colouring;
         for (let i = 0; i < n + twin.length; i++) look[4 * i + 3] = share[i < n ? i : twin[i - n]];
         this.halve(look, 4);
         this.surface.geometry.attributes.look.needsUpdate = true;
@@ -318,7 +328,7 @@ export class Body {
     colour() {
         const { message } = this.colours;
         if (this.colours.vary) this.fillColours();
-        this.errorsOld = this.errorMap.message !== null;
+        this.shares = null;
         colourTissue(this.surface.material, { outside: message?.color ?? this.tint, inside: message?.inside,
             vary: this.colours.vary, own: this.own, model: this.model });
     }
@@ -374,7 +384,7 @@ export class Body {
     /** The mesh to draw: the coarsest whose edges are below `edge` [m]; the body's own where its edges are shown. */
     levelFor(edge) {
         if (performance.now() > this.settleAt) this.findCoarser();
-        if (this.show.wireframe) return this.levels[this.finer.levels.length];
+        if (this.show.wireframe || this.elements.lines.visible) return this.levels[this.finer.levels.length];
         return this.levels.findLast((level) => level.edge < edge) ?? this.levels[0];
     }
 
@@ -412,7 +422,10 @@ export class Body {
         this.edges.visible = wireframe;
         this.anchors.visible = this.springs.visible = springs;
         if (wireframe && !this.edgesValid) this.findEdges();
-        if (this.errorsOld && this.dressed && look.colouring === COLOUR.ERROR) this.fillErrors();
+        const told = (look.colouring === COLOUR.ERROR && this.errorMap.message) ||
+            (look.colouring === COLOUR.ELEMENT && this.elements.message);
+        if (told && this.dressed && this.shares !== look.colouring) this.fillShares(look.colouring);
+        this.elements.lines.visible = this.shown && look.colouring === COLOUR.ELEMENT && this.elements.message !== null;
         if (this.moved) {
             addLitNormals(this.index, this.m, this.position, this.normal, this.bend, FOLD * this.size());
             joinNormals(this.mates, this.position, this.normal, SINK * this.edge);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Turns binary messages into views of their numbers: copies nothing, checks everything.
 
-const MESH = 1, NODES = 2, REST = 3, LOOK = 4, ERROR_MAP = 5;
+const MESH = 1, NODES = 2, REST = 3, LOOK = 4, ERROR_MAP = 5, ELEMENTS = 6;
 const NODES_MAX = 4e6, TRIANGLES_MAX = 8e6;
 
 /** The message as {kind, body, topology, n, ...}, or null: not as clients/web/protocol.md says. */
@@ -20,6 +20,7 @@ export function decode(buffer) {
     if (kind === REST) return rest(message, buffer, head.getUint32(16, true));
     if (kind === LOOK) return look(message, buffer, head.getUint32(16, true), head.getUint32(20, true));
     if (kind === ERROR_MAP) return errorMap(message, buffer);
+    if (kind === ELEMENTS) return elements(message, buffer, head.getUint32(16, true));
     return null;
 }
 
@@ -81,5 +82,15 @@ function errorMap(message, buffer) {
     if (buffer.byteLength !== 24 + message.n) return null;
     message.kind = 'error map';
     message.share = new Uint8Array(buffer, 24, message.n); // 0 to 255 of the largest
+    return message;
+}
+
+function elements(message, buffer, levels) {
+    const n = message.n; // squares
+    if (levels > 8 || buffer.byteLength !== 24 + 4 * levels + 3 * n) return null;
+    message.kind = 'elements';
+    message.count = new Int32Array(buffer, 24, levels);
+    message.tag = new Uint16Array(buffer, 24 + 4 * levels, n);
+    message.level = new Uint8Array(buffer, 24 + 4 * levels + 2 * n, n);
     return message;
 }

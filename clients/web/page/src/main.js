@@ -4,6 +4,7 @@
 import { NoColorSpace, TextureLoader } from 'three';
 import { Body } from './body.js';
 import { Capture } from './capture.js';
+import { showElements } from './elements.js';
 import { Errors } from './errors.js';
 import { Forces } from './forces.js';
 import { Hand } from './hand.js';
@@ -151,14 +152,22 @@ function takeBinary(message) {
     if (message.kind === 'mesh') body.takeMesh(message);
     else if (message.kind === 'rest') body.takeRest(message);
     else if (message.kind === 'error map') takeErrorMap(body, message);
+    else if (message.kind === 'elements') takeElements(body, message);
     else if (message.kind === 'look') toolsChanged = body.takeLook(message) || toolsChanged;
     else body.takeNodes(message);
 }
 
 function takeErrorMap(body, message) {
     body.takeErrorMap(message);
-    panel.takeErrorMap(true);
+    panel.offer(COLOUR.ERROR, true);
     toolsChanged ||= look.colouring === COLOUR.ERROR;
+}
+
+function takeElements(body, message) {
+    body.takeElements(message);
+    panel.offer(COLOUR.ELEMENT, true);
+    showElements(bodies);
+    toolsChanged ||= look.colouring === COLOUR.ELEMENT;
 }
 
 function takeErrors(message) {
@@ -309,7 +318,8 @@ function takeScene(scene) {
     panel.takeScene(scene);
     ledger.clear();
     errors.clear();
-    panel.takeErrorMap(false);
+    panel.offer(COLOUR.ERROR, false);
+    panel.offer(COLOUR.ELEMENT, false);
     panel.hint(whatDragsDo());
     fitted = false;
     document.body.classList.remove('empty');

@@ -64,12 +64,12 @@ export class Panel {
         }));
     }
 
-    /** Whether bodies tell where their error is: then it can be shown. */
-    takeErrorMap(known) {
-        const option = element('error-colours');
+    /** Whether bodies tell what a colouring shows: then it can be chosen. */
+    offer(colouring, known) {
+        const option = element('colouring').querySelector(`[value="${colouring}"]`);
         if (option.hidden !== known) return;
         option.hidden = option.disabled = !known;
-        if (known || Number(element('colouring').value) !== COLOUR.ERROR) return;
+        if (known || Number(element('colouring').value) !== colouring) return;
         element('colouring').value = String(COLOUR.TISSUE);
         this.changed();
     }
@@ -105,6 +105,7 @@ export class Panel {
         const colouring = number('colouring');
         element('legend').hidden = colouring !== COLOUR.LEVEL;
         element('error-legend').hidden = colouring !== COLOUR.ERROR;
+        element('elements-legend').hidden = colouring !== COLOUR.ELEMENT;
         this.on.look({ colouring, wireframe: checked('wireframe'), springs: checked('springs'),
             lips: checked('lips'), threshold: checked('red') ? Math.max(threshold, 1e-9) : 0 });
     }

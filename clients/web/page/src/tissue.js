@@ -4,7 +4,7 @@
 import { CanvasTexture, Color, DoubleSide, LinearFilter, NoColorSpace, RepeatWrapping,
     ShaderMaterial, SRGBColorSpace, Vector4 } from 'three';
 
-export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2, ERROR: 3 };
+export const COLOUR = { TISSUE: 0, LEVEL: 1, PIECE: 2, ERROR: 3, ELEMENT: 4 };
 /** Level 0, 1, ...: from calm to warm; also the legend's. */
 export const LEVELS = [0x4f7cac, 0x4fa69a, 0x9cc06a, 0xe3c451, 0xe58a45, 0xd65353, 0xb0479b, 0x6f4bb3];
 /** What a wall of tissue is: in the fourth number of a node's `info`. */
@@ -16,6 +16,8 @@ const GRAIN = 1.35;
 const CAPSULES = 4; // of tools that shade tissue
 /** From no error to the largest of the body. */
 export const ERRORS = [0x31447a, 0x35608c, 0x3f8190, 0x66a07c, 0xb0b45c, 0xe3a83f, 0xe0703a, 0xcf3434];
+/** Elements of one cell, two cells, ... across. */
+export const ELEMENTS = [0xe9a46a, 0xd9c48a, 0x9dbfb4, 0x7f9fbd, 0x7584ad, 0x7a6fa0, 0x7a6fa0, 0x7a6fa0];
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
 // What both shaders know. LIT_AT_NODES, for software rendering of fine meshes: light is computed at nodes, and a fragment
@@ -69,7 +71,7 @@ vec3 innerColour(vec3 base) { return mix(base, inside, 0.75); }
 
 const vertexShader = /* glsl */ `
 attribute vec3 rest;
-attribute vec4 look; // colour of the node, sRGB, and its share of the error
+attribute vec4 look; // colour of the node, sRGB, and its share of the error, or level of elements
 attribute vec4 info; // level, piece, at a cut, kind of wall: KIND
 uniform vec3 tissue, flesh, palette[8];
 uniform float grain, sink; // sink: of walls of cuts [m], body.js
@@ -106,7 +108,7 @@ void main() {
         gl_Position.z = (projectionMatrix[2].z * deeper + projectionMatrix[3].z) / -deeper * gl_Position.w;
     }
 #ifdef COLOURED
-#if COLOURED == 3
+#if COLOURED >= 3
     float at = 7.0 * look.w;
     int below = min(int(at), 6);
     vColour = mix(palette[below], palette[below + 1], at - float(below));
@@ -218,7 +220,8 @@ void main() {
 }`;
 
 const colours = (list) => list.map((hex) => new Color(hex));
-const palettes = { [COLOUR.LEVEL]: colours(LEVELS), [COLOUR.PIECE]: colours(PIECES), [COLOUR.ERROR]: colours(ERRORS) };
+const palettes = { [COLOUR.LEVEL]: colours(LEVELS), [COLOUR.PIECE]: colours(PIECES), [COLOUR.ERROR]: colours(ERRORS),
+    [COLOUR.ELEMENT]: colours(ELEMENTS) };
 
 /** What the switches and the link say, for all bodies. */
 export const look = { colouring: COLOUR.TISSUE, threshold: 0, lips: false, silent: false };
