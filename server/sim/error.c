@@ -88,7 +88,7 @@ struct ErrorRounds {
 static bool is_driven(const Body *body)
 {
     double error;
-    return body->ops->get(body->model, BODY_ADAPT_ERROR, &error);
+    return body->ops->estimate != NULL && body->ops->get(body->model, BODY_ADAPT_ERROR, &error);
 }
 
 bool errors_drive(const Sim *sim)

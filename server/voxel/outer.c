@@ -145,8 +145,10 @@ void voxel_snapshot_elements(const Body *body, int first, int end, unsigned char
             leaf = cut_faces_element(&model->cuts->faces, q);
         else
             find_cell(body, q, cell);
-        const int *at = leaf != NULL ? leaf->cell : cell;
+        for (int d = 0; d < 3 && leaf != NULL; d++)
+            cell[d] = leaf->cell[d];
         level[q - first] = leaf != NULL ? leaf->level : 0;
-        tag[q - first] = (uint16_t)(at[0] % TAGS + TAGS * (at[1] % TAGS + TAGS * (at[2] % TAGS)));
+        tag[q - first] =
+            (uint16_t)(cell[0] % TAGS + TAGS * (cell[1] % TAGS + TAGS * (cell[2] % TAGS)));
     }
 }

@@ -376,7 +376,7 @@ static int cell_of_kept(const CutLattice *lattice, int vertex)
 }
 
 // Returns a cell's place on a curve that passes through each element at one go.
-static uint64_t place_on_curve(const int cell[3])
+static uint64_t place_on_curve(const short cell[3])
 {
     uint64_t place = 0;
     for (int bit = 20; bit >= 0; bit--)
