@@ -136,16 +136,20 @@ void scene_print_body_features(const World *world, const Scene *scene, int body,
         print_features(group[g].table, group[g].keys, group[g].absent, &place, out);
 }
 
-// Writes all keys of a group.
+// Writes all keys of a group, but those that are not set and have no value then.
 static void group_text(const KeyGroup *group, char text[SCENE_VALUE_TEXT])
 {
     size_t length = (size_t)snprintf(text, SCENE_VALUE_TEXT, "{");
+    const char *between = " ";
     for (int i = 0; i < group->table->count && length < SCENE_VALUE_TEXT; i++) {
         const Option *option = &group->table->option[i];
         char value[OPTION_NUMBER_TEXT];
         option_value_text(option, (const char *)group->keys + option->offset, value, sizeof value);
-        length += (size_t)snprintf(text + length, SCENE_VALUE_TEXT - length, "%s%s = %s;",
-                                   i == 0 ? " " : "  ", option->key, value);
+        if (value[0] == '\0')
+            continue;
+        length += (size_t)snprintf(text + length, SCENE_VALUE_TEXT - length, "%s%s = %s;", between,
+                                   option->key, value);
+        between = "  ";
     }
     ASSERT(length + 2 < SCENE_VALUE_TEXT);
     strcat(text, " }");

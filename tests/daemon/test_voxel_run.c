@@ -80,7 +80,7 @@ TEST(check_and_explain_say_what_it_is_made_of)
     expect_told(&pliantd, checked);
     expect_told(&pliantd, explained);
     // What only surface bodies can have is not missed here.
-    assert_null(strstr(pliantd.out, "adapt"));
+    assert_null(strstr(pliantd.out, "refinement at run time"));
 }
 
 TEST(instruction_sets_give_the_same_bits)

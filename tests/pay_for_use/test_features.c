@@ -111,6 +111,9 @@ static const Case SURFACE[] = {
     {.feature = "implicit integration", .body = "integrator = \"implicit\";"},
     {.feature = "levels of detail", .body = "levels = 1;"},
     {.feature = "refinement at run time", .body = "levels = 1; adapt = {};", .others = 1},
+    {.feature = "detail steered by its error",
+     .body = "levels = 1; adapt = { error = 0.05; };",
+     .others = 2}, // levels, refinement
     {.feature = "tearing", .body = "cuttable = true; tear = { stretch = 2.0; };", .others = 1},
 };
 
@@ -126,6 +129,12 @@ static const Case VOXEL[] = {
      .others = 1}, // positions
     {.feature = "elements at surfaces in messages", .publish = SILENT " elements_hz = 10.0;"},
     {.feature = "levels of detail", .body = "levels = 1;"},
+    {.feature = "elements that adapt to tools",
+     .body = "levels = { inside = 1; surface = 1; };",
+     .others = 1}, // levels
+    {.feature = "detail steered by its error",
+     .body = "levels = { inside = 1; surface = 1; }; adapt = { error = 0.05; };",
+     .others = 2}, // both of these
     {.feature = "display surface", .body = "levels = 0; skin = { mesh = \"skin.off\"; };"},
     {.feature = "tearing", .body = "cuttable = true; tear = { stress = 1.0e4; };", .others = 1},
     {.feature = "tension at rest",

@@ -276,7 +276,6 @@ TEST(keys_of_a_surface_body_are_refused)
     static const char *const KEYS[][2] = {{"mesh", "{ file = \"a.stl\"; }"},
                                           {"start_level", "0"},
                                           {"adjust", "\"continuum\""},
-                                          {"adapt", "{ }"},
                                           {"shape", "{ }"},
                                           {"prestress", "0"}};
     char text[256], expected[128];
