@@ -14,6 +14,7 @@ typedef struct Want {
     const StudyReference *finest; // NULL: error in time only
     const StudyCase *scene;       // whose mesh counts, for error in time only
     double error, rate_hz;
+    bool estimated; // by what bodies say of themselves: there is no reference
 } Want;
 
 // The ratio of each quantity of a run to its limit: 1 is the limit.
@@ -45,6 +46,8 @@ static double nudged(const StudyResult *result)
 static double whole_error(const Want *want, const StudyRun *run)
 {
     const double least = nudged(want->result);
+    if (want->estimated)
+        return run->estimated > 0.0 ? run->estimated + least : (double)NAN;
     if (want->finest != NULL)
         return study_error(&run->total) + fmax(own_error(want->finest), least);
     const StudyReference *reference = study_time_reference(want->result, &run->what);
@@ -57,7 +60,9 @@ static double whole_error(const Want *want, const StudyRun *run)
 // Where a tool prescribes the displacement of the patch, this is what a hand feels.
 static double force_error(const Want *want, const StudyRun *run)
 {
-    const double force = want->finest != NULL ? run->total.force : run->time.force;
+    const double force = want->estimated        ? run->estimated_force
+                         : want->finest != NULL ? run->total.force
+                                                : run->time.force;
     const double least = want->result->nudged.force;
     return isfinite(force) ? force + (isfinite(least) ? least : 0.0) : 0.0;
 }
@@ -67,7 +72,7 @@ static bool is_candidate(const Want *want, const StudyRun *run)
     if (run->verdict != STUDY_OK || run->what.step_doubling || run->what.level < 0 ||
         !isfinite(whole_error(want, run)) || !isfinite(run->tick_p99) || !isfinite(run->cpu_median))
         return false;
-    return want->finest != NULL ||
+    return want->finest != NULL || want->estimated ||
            (want->scene != NULL && study_same_mesh(want->scene, &run->what));
 }
 
@@ -318,6 +323,43 @@ void advice_make(const StudyResult *result, double error, double rate_hz, Advice
 
 // --- the total error, as far as it is known ------------------------------------------------------
 
+// Chooses within the asked-for error, or the least round one that can be promised.
+static void choose_total(Want *want, Advice *advice)
+{
+    static const double LIMITS[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    const double error = want->error;
+    advice->run = choose(want, &advice->met, &advice->holds);
+    for (size_t i = 0; i < sizeof LIMITS / sizeof LIMITS[0] && !advice->met; i++) {
+        if (LIMITS[i] <= error)
+            continue;
+        want->error = LIMITS[i];
+        advice->run = choose(want, &advice->met, &advice->holds);
+    }
+    if (!advice->met)
+        advice->run = -1;
+}
+
+// Advises by the errors that bodies estimate of themselves, the same numbers by which they steer
+// their detail.
+static void say_estimated(const StudyResult *result, double error, double rate_hz, Advice *advice)
+{
+    Want want = {.result = result, .error = error, .rate_hz = rate_hz, .estimated = true};
+    char limit[24], sum[24], force[24];
+    choose_total(&want, advice);
+    if (advice->run < 0)
+        return;
+    const StudyRun *run = &result->run[advice->run];
+    advice->error = whole_error(&want, run);
+    say(advice,
+        " By what the body estimates of itself, the cheapest choice within %s that holds %.4g Hz "
+        "is \"%s\": error in space %s",
+        table_percent(want.error, limit), rate_hz, run->what.name,
+        table_percent(run->estimated, sum));
+    if (isfinite(run->estimated_force))
+        say(advice, ", of the force on the tool %s", table_percent(run->estimated_force, force));
+    say(advice, ", %.3g ms for a simulated second.", 1e3 * run->cpu_median);
+}
+
 // Says why nothing can be said of the total error.
 static void say_unknown(const StudyReference *finest, Advice *advice)
 {
@@ -331,25 +373,17 @@ static void say_unknown(const StudyReference *finest, Advice *advice)
 
 void advice_make_total(const StudyResult *result, double error, double rate_hz, Advice *advice)
 {
-    static const double LIMITS[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
     const StudyReference *finest = &result->finest;
     char limit[24];
     *advice = (Advice){.run = -1};
     if (!finest->known || !isfinite(own_error(finest))) {
         say_unknown(finest, advice);
+        say_estimated(result, error, rate_hz, advice);
         return;
     }
-    // The asked-for error, or the least round one that can be promised.
     Want want = {.result = result, .finest = finest, .error = error, .rate_hz = rate_hz};
-    advice->run = choose(&want, &advice->met, &advice->holds);
-    for (size_t i = 0; i < sizeof LIMITS / sizeof LIMITS[0] && !advice->met; i++) {
-        if (LIMITS[i] <= error)
-            continue;
-        want.error = LIMITS[i];
-        advice->run = choose(&want, &advice->met, &advice->holds);
-    }
-    if (!advice->met) {
-        advice->run = -1;
+    choose_total(&want, advice);
+    if (advice->run < 0) {
         say(advice, "No advice in all: nothing here is within %s and holds %.4g Hz",
             table_percent(want.error, limit), rate_hz);
     } else {

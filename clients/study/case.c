@@ -22,6 +22,15 @@ static bool is_voxel(const Scene *scene)
     return scene_has_cells(&scene->body[0]);
 }
 
+// True if the elements of the first body can follow tools (levels.surface).
+static bool can_adapt(const Scene *scene)
+{
+    const SceneBody *body = &scene->body[0];
+    return body->model == MODEL_VOXEL && body->voxel.law == VOXEL_AFFINE && body->initial == NULL &&
+           body->voxel.weight_count == 0 && body->voxel.fine_count == 0 &&
+           body->options.levels > 0 && scene->tool_count > 0;
+}
+
 StudyCase study_scene_case(const Scene *scene)
 {
     const SceneBody *body = &scene->body[0];
@@ -34,7 +43,9 @@ StudyCase study_scene_case(const Scene *scene)
                      .time_step = body->options.time_step};
     // Detail means levels of the lattice, or of the surface.
     if (is_voxel(scene)) {
+        const double error = body->options.adapt_error;
         own.level = body->options.levels;
+        own.threshold = body->voxel.surface_level == 0 ? 0.0 : error > 0.0 ? error : UNSTEERED;
         own.paper_rule = body->voxel.law == VOXEL_MIYAZAKI2004;
     } else {
         own.level = surface->adaptive ? surface->body.levels : surface->start_level;
@@ -56,16 +67,17 @@ void study_name_mesh(const Scene *scene, const StudyCase *what, char *name, size
     // Only what differs from the usual is in the name.
     const char *rule = "";
     if (what->threshold > 0.0 && what->threshold != 1.0)
-        snprintf(times, sizeof times, " x %g", what->threshold);
+        snprintf(times, sizeof times, is_voxel(scene) ? " to %g %%" : " x %g",
+                 is_voxel(scene) ? 100.0 * what->threshold : what->threshold);
     if (what->paper_rule)
         rule = is_voxel(scene) ? ", miyazaki2004" : ", choi2005";
     if (is_voxel(scene) && what->level < 0)
         snprintf(name, size, "half cells%s", rule);
     else
         snprintf(name, size, "%s %d%s%s",
-                 is_voxel(scene)         ? "levels"
-                 : what->threshold > 0.0 ? "adaptive"
-                                         : "level",
+                 what->threshold > 0.0 ? "adaptive"
+                 : is_voxel(scene)     ? "levels"
+                                       : "level",
                  what->level, times, rule);
 }
 
@@ -154,11 +166,24 @@ static void add_mesh(Grid *grid, StudyCase what)
     add(grid, what);
 }
 
+// Adds a solid whose elements follow the tools, as far as usual, and steered by its own error.
+static void add_steered(Grid *grid)
+{
+    static const double ERROR[] = {UNSTEERED, 0.05, 0.02, 0.1};
+    for (int k = 0; k < (grid->options->quick ? 2 : 4); k++) {
+        StudyCase what = with_detail(grid, DETAIL_ADAPTIVE, grid->levels, ERROR[k]);
+        what.time_step = 0.0;
+        add(grid, what);
+    }
+}
+
 static void add_details(Grid *grid)
 {
     const bool quick = grid->options->quick;
     for (int level = 0; level <= grid->levels; level++)
         add_mesh(grid, with_detail(grid, DETAIL_HELD, level, 0.0));
+    if (can_adapt(grid->scene))
+        add_steered(grid);
     if (is_voxel(grid->scene))
         return;
     for (double times = quick ? 1.0 : 0.5; times <= 4.0; times *= quick ? 4.0 : 2.0)

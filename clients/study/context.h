@@ -137,8 +137,9 @@ bool study_copy_scene(const Scene *from, StudyScene *copy);
 void study_destroy_scene(StudyScene *copy);
 // Changes bodies and rate for the case. `sample_s`: a lower rate's tick divides it.
 void study_change_scene(StudyScene *copy, const StudyCase *what, double sample_s);
-// Copies, changes and builds. Returns false with `status` if the scene is refused.
-bool study_build(const StudyContext *context, const StudyCase *what, StudyScene *copy, World *world,
-                 Status *status);
+// Copies, changes and builds. `estimates`: bodies estimate their errors. Returns false with
+// `status` if the scene is refused.
+bool study_build(const StudyContext *context, const StudyCase *what, bool estimates,
+                 StudyScene *copy, World *world, Status *status);
 
 #endif

@@ -103,7 +103,7 @@ static bool weigh_case(const Plan *plan, StudyCase what, Load *load, Status *sta
     StudyScene copy;
     World world;
     what.time_step = 0.0;
-    if (!study_build(plan->context, &what, &copy, &world, status))
+    if (!study_build(plan->context, &what, false, &copy, &world, status))
         return false;
     // Faces that refine multiply both cost and substeps.
     const Body *body = sim_body(world.sim, plan->context->body);
@@ -312,6 +312,9 @@ static void make_plan(Plan *plan, const StudyCase *cases, int count)
     context->mesh_count = 0;
     for (int i = 0; i < count && context->mesh_count < STUDY_MESHES; i++) {
         if (study_mesh_of(context, &cases[i]) >= 0)
+            continue;
+        // Solids that adapt are compared with the finest alone.
+        if (is_voxel(plan) && cases[i].detail == DETAIL_ADAPTIVE)
             continue;
         int m = context->mesh_count++;
         context->mesh[m] = (StudyMesh){.detail = cases[i].detail,

@@ -138,6 +138,7 @@ typedef struct Once {
     const StudyCase *what;
     StudyRun *run;
     StudyTrace *trace; // or NULL
+    bool estimates;    // its bodies estimate their errors
     double *tick_s;    // [tick_count] CPU time of each tick
     int tick_count;
     double cpu_s; // of all
@@ -169,13 +170,18 @@ static int64_t clock_cost(void)
     return least;
 }
 
-static int64_t step(Sim *sim, StepDoubling *doubling)
+// Returns the time of a tick, without that of estimates which the motion does not depend on.
+static int64_t step(Sim *sim, int body, StepDoubling *doubling)
 {
+    double driven;
     if (doubling != NULL)
         return step_doubling_step(doubling);
-    int64_t begin = clock_thread_ns();
+    const Body *of = sim_body(sim, body);
+    const bool counts = of->ops->get(of->model, BODY_ADAPT_ERROR, &driven);
+    const int64_t begin = clock_thread_ns(), before = sim_stage_ns(sim, STAGE_ERROR);
     sim_step(sim);
-    return clock_thread_ns() - begin;
+    const int64_t estimate = counts ? 0 : sim_stage_ns(sim, STAGE_ERROR) - before;
+    return clock_thread_ns() - begin - estimate;
 }
 
 static bool went_well(Once *once, const Sampler *sampler, bool finite, int64_t resets, double now)
@@ -205,7 +211,7 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
     for (int s = 0; s < once->context->sample_count && goes_on; s++) {
         for (int k = 0; k < ticks_per_sample; k++) {
             study_play_tick(inputs);
-            int64_t spent = step(sim, doubling) - cost;
+            int64_t spent = step(sim, once->context->body, doubling) - cost;
             double seconds = 1e-9 * (double)(spent > 0 ? spent : 0);
             once->tick_s[once->tick_count++] = seconds;
             once->cpu_s += seconds;
@@ -216,6 +222,8 @@ static void play(Once *once, World *world, StudyPlay *inputs, Sampler *sampler,
         while (sim_take_event(sim, &event)) // events are discarded
             ;
         bool finite = sampler_take(sampler, once->trace);
+        if (once->estimates)
+            sampler_estimate(sampler);
         int64_t resets = doubling != NULL ? doubling->resets : sim_resets(sim);
         goes_on = went_well(once, sampler, finite, resets, sim_time(sim));
     }
@@ -252,7 +260,7 @@ static void run_once(Once *once)
     StudyScene copy;
     World world;
     Status status = {0};
-    if (!study_build(context, once->what, &copy, &world, &status)) {
+    if (!study_build(context, once->what, once->estimates, &copy, &world, &status)) {
         set_verdict(run, STUDY_REFUSED, "%s", without_path(context, status.text));
         return;
     }
@@ -281,6 +289,8 @@ static void run_once(Once *once)
         run->nodes_least = sampler.nodes_least;
         run->nodes_most = sampler.nodes_most;
         run->links = sampler.links_most;
+        if (once->estimates)
+            sampler_estimated(&sampler, &run->estimated, &run->estimated_force);
     }
     study_play_end(&inputs);
     step_doubling_destroy(&doubling);
@@ -323,8 +333,8 @@ static void summarize(StudyRun *run, Once *repeat)
     take_ticks(run, repeat[middle].tick_s, repeat[middle].tick_count);
 }
 
-bool study_trace_case(const StudyContext *context, const StudyCase *what, int repeats,
-                      StudyRun *run, StudyTrace *trace)
+static bool trace_case(const StudyContext *context, const StudyCase *what, int repeats,
+                       bool estimates, StudyRun *run, StudyTrace *trace)
 {
     Once repeat[STUDY_REPEATS] = {0};
     const double most = context->options.quick ? QUICKLY_UP_TO : REPEAT_UP_TO;
@@ -332,6 +342,7 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
     memset(run, 0, sizeof *run);
     run->what = *what;
     run->time = run->total = study_no_errors();
+    run->estimated = run->estimated_force = (double)NAN;
     realtime_flush_denormals();
     // Only the first repeat is sampled.
     if (trace != NULL) {
@@ -343,8 +354,11 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
     }
     // Repeat for the cost until the time for repeats is used up.
     for (int r = 0; r < repeats && (r == 0 || all < most); r++) {
-        repeat[r] =
-            (Once){.context = context, .what = what, .run = run, .trace = r == 0 ? trace : NULL};
+        repeat[r] = (Once){.context = context,
+                           .what = what,
+                           .run = run,
+                           .trace = r == 0 ? trace : NULL,
+                           .estimates = estimates && r == 0 && !what->step_doubling};
         run_once(&repeat[r]);
         if (run->verdict != STUDY_OK)
             break;
@@ -360,12 +374,18 @@ bool study_trace_case(const StudyContext *context, const StudyCase *what, int re
     return true;
 }
 
+bool study_trace_case(const StudyContext *context, const StudyCase *what, int repeats,
+                      StudyRun *run, StudyTrace *trace)
+{
+    return trace_case(context, what, repeats, false, run, trace);
+}
+
 bool study_run_case(const StudyContext *context, const StudyCase *what, StudyRun *run)
 {
     StudyTrace *trace = study_trace_create(context->sample_count, context->points.count);
     if (trace == NULL)
         return false;
-    bool ok = study_trace_case(context, what, context->options.repeats, run, trace);
+    bool ok = trace_case(context, what, context->options.repeats, true, run, trace);
     int mesh = study_mesh_of(context, what);
     // Compared with the finest run on its mesh, and with the finest of all.
     if (run->verdict == STUDY_OK) {

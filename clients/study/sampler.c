@@ -116,6 +116,32 @@ static void find_rows(Sampler *sampler, int rows)
     sampler->topology = body->mesh.topology;
 }
 
+void sampler_estimate(Sampler *sampler)
+{
+    const Sim *sim = sampler->sim;
+    SimError error;
+    SimToolError tool[ERROR_TOOLS];
+    sim_error(sim, sampler->context->body, &error);
+    if (error.space >= 0.0 && error.relative > 0.0) {
+        const double size = error.total / error.relative;
+        sampler->error2[0] += error.space * error.space;
+        sampler->size2[0] += size * size;
+    }
+    sim_tool_errors(sim, tool);
+    for (int t = 0; t < sim_tool_count(sim); t++)
+        if (tool[t].error >= 0.0) {
+            sampler->error2[1] += tool[t].error * tool[t].error;
+            sampler->size2[1] += tool[t].force * tool[t].force;
+        }
+}
+
+void sampler_estimated(const Sampler *sampler, double *displacement, double *force)
+{
+    const double *size2 = sampler->size2, *error2 = sampler->error2;
+    *displacement = size2[0] > 0.0 ? sqrt(error2[0] / size2[0]) : (double)NAN;
+    *force = size2[1] > 0.0 ? sqrt(error2[1] / size2[1]) : (double)NAN;
+}
+
 static Vec3 corner(const float *position, int node)
 {
     return vec3((double)position[3 * node], (double)position[3 * node + 1],

@@ -23,6 +23,7 @@ typedef struct Sampler {
     double since; // [s]
     double moved; // largest displacement of any point so far [m]
     int nodes_least, nodes_most, links_most;
+    double error2[2], size2[2]; // of displacements [m2], and of forces on tools [N2], summed
 } Sampler;
 
 // Returns false if memory runs out.
@@ -33,6 +34,11 @@ void sampler_feel(Sampler *sampler);
 // Takes a sample; returns false if a number is not finite. With `trace` NULL it only measures sizes
 // and displacements.
 bool sampler_take(Sampler *sampler, StudyTrace *trace);
+
+// Adds what the body tells of its own error now.
+void sampler_estimate(Sampler *sampler);
+// Returns the sums of that: relative errors of displacements and of forces on tools; NAN: none.
+void sampler_estimated(const Sampler *sampler, double *displacement, double *force);
 
 // Returns the volume that the faces of a mesh enclose [m3]; NAN: the mesh is not closed.
 double sampler_volume(const BodyMesh *mesh, const float *position, double extent);

@@ -51,6 +51,8 @@ const Field STUDY_RUN_FIELDS[] = {
     {"total_volume", "", FIELD_REAL, OF(total.volume)},
     {"total_energy", "", FIELD_REAL, OF(total.energy)},
     {"total_force", "", FIELD_REAL, OF(total.force)},
+    {"estimated", "", FIELD_REAL, OF(estimated)},
+    {"estimated_force", "", FIELD_REAL, OF(estimated_force)},
 };
 #undef OF
 const int STUDY_RUN_FIELD_COUNT = (int)(sizeof STUDY_RUN_FIELDS / sizeof STUDY_RUN_FIELDS[0]);

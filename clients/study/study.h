@@ -20,8 +20,11 @@ enum { STUDY_CASES = 512, STUDY_REPEATS = 32, STUDY_NAME = 80, STUDY_WHY = 400 }
 typedef enum StudyDetail {
     DETAIL_SCENE,    // as in the scene
     DETAIL_HELD,     // all faces (elements) at `level`
-    DETAIL_ADAPTIVE, // surface: from level 0 to `level`, thresholds scaled by `threshold`
+    DETAIL_ADAPTIVE, // surface: from level 0 to `level`, thresholds scaled by `threshold`; voxel:
+                     // elements follow tools, steered to the error `threshold` unless UNSTEERED
 } StudyDetail;
+
+#define UNSTEERED 1.0
 
 // One way to run the scene: a row of the table.
 typedef struct StudyCase {
@@ -70,6 +73,9 @@ typedef struct StudyRun {
     double tick_p50, tick_p99, tick_most; // [s] of the repeat with the median cost
     StudyErrors time;  // from the converged run of the same mesh: of the steps in time alone
     StudyErrors total; // from the finest reference: of everything
+    // What the body says of itself as pliantd publishes it: the error of its discretisation in
+    // space, L2 in time over that of its displacements, and of the force on tools. NAN: unknown.
+    double estimated, estimated_force;
 } StudyRun;
 
 #define STUDY_NUDGE 1e-4 // relative: far above rounding, far below what a hand controls

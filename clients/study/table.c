@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { COLUMN_COUNT = 10, CELL = STUDY_NAME + 16, PERCENT = 24 };
+enum { COLUMN_COUNT = 11, CELL = STUDY_NAME + 16, PERCENT = 24 };
 
 static const char *const TITLE[COLUMN_COUNT][2] = {{"case", ""},
                                                    {"nodes", ""},
@@ -16,7 +16,8 @@ static const char *const TITLE[COLUMN_COUNT][2] = {{"case", ""},
                                                    {"p99 of a", "tick [us]"},
                                                    {"error", "in time [%]"},
                                                    {"error", "in all [%]"},
-                                                   {"force: in time", "in all [%]"}};
+                                                   {"force: in time", "in all [%]"},
+                                                   {"estimated:", "space  force [%]"}};
 
 typedef struct Row {
     char cell[COLUMN_COUNT][CELL];
@@ -66,6 +67,9 @@ static void fill_row(const StudyRun *run, Row *row)
     put_number(row->cell[8], study_error(&run->total), 100.0);
     snprintf(row->cell[9], CELL, "%.20s  %.20s", three_digits(100.0 * run->time.force, least),
              three_digits(100.0 * run->total.force, most));
+    // and says that it is.
+    snprintf(row->cell[10], CELL, "%.20s  %.20s", three_digits(100.0 * run->estimated, least),
+             three_digits(100.0 * run->estimated_force, most));
 }
 
 // Counts bytes that a terminal shows as one character once.

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double ERROR_HZ = 20.0; // estimates of the error, at most
+
 bool study_copy_scene(const Scene *from, StudyScene *copy)
 {
     size_t bytes = (size_t)from->body_count * sizeof *copy->body;
@@ -58,7 +60,11 @@ static void change_voxel(SceneBody *body, const StudyCase *what)
     body->voxel.law = what->paper_rule ? VOXEL_MIYAZAKI2004 : VOXEL_AFFINE;
     if (what->detail == DETAIL_SCENE)
         return;
+    const bool adapts = what->detail == DETAIL_ADAPTIVE;
     body->options.levels = what->level > 0 ? what->level : 0;
+    body->voxel.surface_level = adapts ? what->level : 0;
+    body->voxel.fine_count = adapts ? body->voxel.fine_count : 0;
+    body->options.adapt_error = adapts && what->threshold < UNSTEERED ? what->threshold : 0.0;
     if (what->level >= 0)
         return;
     voxels->size *= 0.5;
@@ -121,14 +127,26 @@ static bool check(const StudyScene *copy, Status *status)
     return true;
 }
 
-bool study_build(const StudyContext *context, const StudyCase *what, StudyScene *copy, World *world,
-                 Status *status)
+// Asks for the bodies' own errors, and for nothing else that is published.
+static void ask_for_errors(Scene *scene)
+{
+    scene->publish.error_hz = ERROR_HZ;
+    scene->sim.error_whole = true;
+    scene->publish.contact_stiffness = false;
+    scene->sim.estimate_error = false;
+}
+
+bool study_build(const StudyContext *context, const StudyCase *what, bool estimates,
+                 StudyScene *copy, World *world, Status *status)
 {
     const BuildOptions options = {.isa = context->options.isa,
-                                  .may_load = context->inputs.drive == DRIVE_LOG};
+                                  .may_load = context->inputs.drive == DRIVE_LOG,
+                                  .publishes = estimates};
     if (!study_copy_scene(&context->scene, copy))
         return status_fail(status, STATUS_FAILED, "out of memory");
     study_change_scene(copy, what, context->sample_s);
+    if (estimates)
+        ask_for_errors(&copy->scene);
     if (check(copy, status) && world_build(world, &copy->scene, &options, status))
         return true;
     study_destroy_scene(copy);

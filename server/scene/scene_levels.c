@@ -51,7 +51,7 @@ const OptionTable FINE_TABLE =
 
 #define AT(member) offsetof(SceneBody, member)
 static const Option VOXEL_ADAPT_OPTIONS[] = {
-    {"error", OPTION_REAL, AT(voxel.body.adapt_error), "", ERROR_RANGE, .required = true,
+    {"error", OPTION_REAL, AT(voxel.body.adapt_error), "", 0.0, 1.0, .preset_text = "not steered",
      .physics = true, .live = "adapt_error", .feature = {.name = "detail steered by its error"},
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
               "to which the body steers how far around tools its elements are fine: 0.68 to 2.6 "

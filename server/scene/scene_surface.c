@@ -394,8 +394,8 @@ static const Option ADAPT_OPTIONS[] = {
     {"coarsest", OPTION_INT, AT(coarsest), "", 0.0, LEVELS_MAX, .physics = true,
      .about = "Level below which no faces are merged, where level 0 is too coarse for the whole "
               "body's shape; `start_level` is then at least this."},
-    {"error", OPTION_REAL, AT(error), "", ERROR_RANGE, .preset = 0.0, .preset_text = "not steered",
-     .physics = true, .live = "adapt_error", .feature = {.name = "detail steered by its error"},
+    {"error", OPTION_REAL, AT(error), "", 0.0, 1.0, .preset_text = "not steered", .physics = true,
+     .live = "adapt_error", .feature = {.name = "detail steered by its error"},
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
               "to which the body steers its detail: the thresholds above are multiplied by "
               "0.001 to 14, slowly, until the error that the body estimates of "

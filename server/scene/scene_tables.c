@@ -144,6 +144,8 @@ static void group_text(const KeyGroup *group, char text[SCENE_VALUE_TEXT])
     for (int i = 0; i < group->table->count && length < SCENE_VALUE_TEXT; i++) {
         const Option *option = &group->table->option[i];
         char value[OPTION_NUMBER_TEXT];
+        if (option->type == OPTION_LIST)
+            continue;
         option_value_text(option, (const char *)group->keys + option->offset, value, sizeof value);
         if (value[0] == '\0')
             continue;
@@ -170,14 +172,12 @@ bool scene_key_text(const SceneBody *body, const char *key, char text[SCENE_VALU
     text[0] = '\0';
     if (option == NULL || !option_is_used(option, (int)body->model))
         return false;
-    // A key of its own, or a group: then all of its keys.
-    if (option->type != OPTION_GROUP) {
-        option_value_text(option, (const char *)body + option->offset, text, SCENE_VALUE_TEXT);
-        return true;
-    }
+    // A group with all of its keys but lists, or a key of its own.
     for (int g = 0, groups = scene_list_groups(body, group); g < groups; g++)
         if (strcmp(group_name(group[g].table), key) == 0 && !group[g].absent)
             group_text(&group[g], text);
+    if (option->type != OPTION_GROUP && text[0] == '\0')
+        option_value_text(option, (const char *)body + option->offset, text, SCENE_VALUE_TEXT);
     return true;
 }
 

@@ -9,6 +9,7 @@
 #include "sim/estimate.h"
 #include "sim/guard/guard.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -110,6 +111,8 @@ static ErrorRounds *create(Sim *sim, double hz, bool drives)
     errors->drives = drives;
     errors->elements = (int)fmin(1e6, fmax(1.0, SHARE * sim->tick / ELEMENT_TIME));
     errors->springs = (int)fmin(1e6, fmax(1.0, SHARE * sim->tick / SPRING_TIME));
+    if (!drives && sim->options.error_whole)
+        errors->elements = errors->springs = INT_MAX / 4;
     errors->period = (int)fmin(1e6, fmax(1.0, 1.0 / hz / sim->tick));
     errors->now->since = -1;
     errors->now->at = bodies;

@@ -210,6 +210,7 @@ typedef struct SimOptions {
     bool estimate_error;    // steps may be tried
     double error_hz;        // most estimates of a body's whole error per second; 0: none. With it
                             // steps may be tried, too
+    bool error_whole;       // each of them within a tick: for runs without real time
     int max_ties;           // ties by message at a time; 0: none
     SimCounts counts;
 } SimOptions;

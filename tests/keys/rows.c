@@ -201,8 +201,6 @@ const KeyRow KEY_ROWS[] = {
     {REFUSES(BODY, adapt, P, BODY, "adapt = { error = 0.05; };",
              "adapt means nothing for a plane")},
     {REFUSES(BODY, adapt, V, BODY, "adapt = { error = 0.05; };", "needs levels.surface")},
-    {REFUSES(VOXEL_ADAPT, error, V, BODY, ADAPTING("") "adapt = {};",
-             "bodies.adapt.error is missing")},
     {MOVES(VOXEL_ADAPT, error, V, BODY, ADAPTING("") "adapt = { error = 0.05; };",
            ADAPTING("") "adapt = { error = 0.01; };"),
      .also = {{SOURCE, EIGHT}}},

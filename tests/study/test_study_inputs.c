@@ -31,7 +31,7 @@ static void follow(const Bench *bench, double step, Vec3 *path, int count, doubl
     what.is_scene = false;
     what.integrator = INTEGRATOR_RK4;
     what.time_step = step;
-    assert_true(study_build(&bench->context, &what, &copy, &world, &status));
+    assert_true(study_build(&bench->context, &what, false, &copy, &world, &status));
     assert_true(study_play_begin(&play, &bench->context, &world, &copy.scene, &status));
     int ticks = (int)lround(every_s / sim_tick(world.sim));
     for (int i = 0; i < count; i++) {

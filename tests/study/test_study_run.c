@@ -133,7 +133,7 @@ TEST(step_doubling_meets_its_tolerance)
         what.integrator = INTEGRATOR_RK4;
         what.step_doubling = true;
         what.tolerance = k == 0 ? 1e-5 : 1e-8;
-        assert_true(study_build(&bench.context, &what, &copy, &world, &status));
+        assert_true(study_build(&bench.context, &what, false, &copy, &world, &status));
         assert_true(step_doubling_create(&doubling, &world, 0, tolerance));
         for (int tick = 0; tick < 20; tick++) {
             step_doubling_step(&doubling);

@@ -148,6 +148,8 @@ static bool toy_set(void *self, BodyParameter parameter, double value)
 static bool toy_get(const void *self, BodyParameter parameter, double *value)
 {
     const Toy *toy = self;
+    if (parameter > BODY_ADAPT_LEVEL) // it is not driven by its error
+        return false;
     *value = toy->parameter[parameter];
     return true;
 }
