@@ -317,6 +317,7 @@ struct Body {
     double mass; // [kg]
     int spring_count, element_count;
     int fine_elements; // of a solid that adapts: as many if all of its surface were finest; else 0
+    int spare_nodes;   // of it: for what tools need fine and cuts add
     int finest_level;  // finest level in use
     const int *element_at_level; // [element_levels] of a solid whose elements can be told at its
     int element_levels;          // surface (snapshot_elements): how many there are now; else NULL

@@ -178,6 +178,8 @@ static void print_adapting(const Body *body, const VoxelOptions *voxel, const Wo
         "all of it fine (%.2g ms)\n",
         voxel->surface_level, body->element_count, 1e3 * cost_tick(body, body->substeps),
         fine.element_count, 1e3 * cost_tick(&fine, body->substeps));
+    fprintf(out, "  adapts: nodes for what tools need fine and cuts add %d (capacity.nodes %d)\n",
+            body->spare_nodes, body->state_capacity);
     for (int level = 0; level < voxel->surface_level; level++)
         if (cells->coarsest[level] > 0)
             fprintf(

@@ -342,6 +342,8 @@ static void describe(Body *body, VoxelModel *model, const VoxelMaking *making)
         body->mass += options->weight[w].mass;
     body->element_count = making->mesh.element_count;
     body->fine_elements = adapts ? making->mesh.element_count : 0;
+    body->spare_nodes =
+        making->rest_id != NULL ? making->capacity - making->rest_count : 0; // at load
     body->lambda = body->contact_lambda = making->lambda;
     body->damping = making->beta * (model->viscous ? making->elastic : making->damping_lambda) *
                     sqrt(stiffening_cap(&options->stiffening));

@@ -302,13 +302,17 @@ static int divide(CutAdapt *adapt)
     // What waits is done in some ticks, what a tool is about to touch now.
     const int even = (adapt->wished + SPREAD_TICKS - 1) / SPREAD_TICKS + 2;
     const int budget = even < ADAPT_BUDGET ? even : ADAPT_BUDGET;
-    int element[ADAPT_WISHES], count = 0;
+    int element[ADAPT_WISHES] = {0}, count = 0;
     for (int w = 0; w < adapt->wish_count; w++)
         if (adapt->wish[w].urgent || w < budget)
             element[count++] = adapt->wish[w].element;
     const int divided = cut_lattice_divide(adapt->lattice, element, count);
     adapt->state->waits = divided > 0;
     adapt->divided += divided;
+    // Those for which there is no room wait for the next sweep, and keep nothing else waiting.
+    for (int k = 0; k < count; k++)
+        adapt->refused += cut_lattice_is_leaf(adapt->lattice, element[k]) &&
+                          !cut_lattice_is_bitten(adapt->lattice, element[k]);
     return divided;
 }
 

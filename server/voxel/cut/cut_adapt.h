@@ -77,7 +77,7 @@ typedef struct CutAdapt {
     int merge_count, merge[ADAPT_BUDGET];
 
     // --- since the start ---
-    int64_t divided, merged;
+    int64_t divided, merged, refused;
 } CutAdapt;
 
 // Load time. Of an adapting lattice, whose masses know their vertices. `error`:

@@ -136,11 +136,14 @@ bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *chang
     (void)tick;
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
+    const int64_t refused = cuts->adapt->refused;
     bool merged;
     cuts->adapt->tense = cuts->tear.stressed;
     cuts->adapt->tense_count = cuts->tear.stressed_count;
     cuts->tear.stressed_count = 0;
-    if (cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged) == 0)
+    const int changed = cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged);
+    cuts->refused += cuts->adapt->refused > refused;
+    if (changed == 0)
         return false;
     // Nodes that come and go are inside, where nothing outside refers to them; only a mesh of all
     // nodes shows them.
@@ -338,6 +341,10 @@ void cut_body_explain(const VoxelCuts *cuts, FILE *out)
     fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
             cuts->lattice.vertex_capacity, 2 * cuts->faces.square_capacity,
             cuts->lattice.split_budget);
+    if (cuts->lattice.leaf_row != NULL)
+        fprintf(out, "    adapts: room for %d of %d cells and %d of %d larger elements\n",
+                cuts->lattice.most_cells, cuts->lattice.level_first[1], cuts->lattice.most_larger,
+                cuts->lattice.element_count - cuts->lattice.level_first[1]);
     if (cuts->heat != NULL)
         fprintf(out, "    heat: %d cells, of which %d pass heat on in a tick\n",
                 cuts->heat->cell_count, HEAT_VISITS);

@@ -288,6 +288,8 @@ void cut_lattice_forget_changes(CutLattice *lattice);
 // --- bodies that adapt ---
 // Puts a leaf of level 1 or more into `wanted`, once: cut_lattice_reconstruct divides it.
 void cut_lattice_want(CutLattice *lattice, int element);
+// True if a bit is broken in or on an element.
+bool cut_lattice_is_bitten(const CutLattice *lattice, int element);
 // Takes back all such requests.
 void cut_lattice_withdraw(CutLattice *lattice);
 // Divides leaves of level 1 or more, each with what must be divided before it, whatever the budget.

@@ -96,6 +96,11 @@ void cut_lattice_want(CutLattice *lattice, int element)
     cut_split_sort(lattice, sorted);
 }
 
+bool cut_lattice_is_bitten(const CutLattice *lattice, int element)
+{
+    return lattice->scratch->bitten[element];
+}
+
 void cut_lattice_withdraw(CutLattice *lattice)
 {
     int kept = 0;

@@ -472,3 +472,44 @@ TEST(forces_on_carried_points_keep_their_resultant_and_moment)
         expect_near(vec3_length(angular), 0.0, 1e-14 * sum);
     }
 }
+
+// --- room ---
+
+// What does not fit waits and is told, keeps nothing else waiting, and finds room when others have
+// merged. Rows, leaves and batches never exceed what there is: their owners assert that.
+TEST(what_does_not_fit_waits_until_others_have_merged)
+{
+    uint64_t seed = 57;
+    VoxelWorldOptions roomy = options_of(0), options = options_of(0);
+    SCOPED(cut_world_destroy) CutWorld wide;
+    cut_world_create(&wide, &roomy);
+    options.body.body.node_capacity = cut_lattice_used(&wide.cuts->lattice) + 60;
+    SCOPED(cut_world_destroy) CutWorld world;
+    cut_world_create(&world, &options);
+    CutLattice *lattice = &world.cuts->lattice;
+    const int rest = lattice->leaf_count;
+    assert_int_equal(rest, wide.cuts->lattice.leaf_count);
+    int refused = 0, divided = 0;
+    for (int round = 0; round < EFFORT(40); round++) {
+        const int leaves = lattice->leaf_count;
+        divide_some(&world, &seed, 40);
+        refused += lattice->wanted_count > 0;
+        divided += lattice->wanted_count > 0 && lattice->leaf_count > leaves;
+        assert_in_range(cut_lattice_used(lattice), 1, lattice->vertex_capacity);
+        cut_world_check_masses(&world);
+        if (round % 4 == 3)
+            merge_some(&world, &seed, 2, 1e9, NULL);
+        sim_step(world.sim);
+        assert_int_equal(sim_resets(world.sim), 0);
+    }
+    print_message("%d rounds with what does not fit, in %d of them others were divided\n", refused,
+                  divided);
+    assert_true(refused > 5 && divided > 0);
+    // Everything merges to the state at rest, and what had no room has it.
+    cut_lattice_withdraw(lattice);
+    while (merge_some(&world, &seed, 1, 1e9, NULL) > 0)
+        ;
+    assert_int_equal(lattice->leaf_count, rest);
+    divide_some(&world, &seed, 40);
+    assert_true(lattice->leaf_count > rest);
+}
