@@ -288,7 +288,7 @@ TEST(maps_of_errors_are_shown_once)
 
 TEST(elements_are_shown_once)
 {
-    static uint8_t levels[] = {0, 2};
+    static uint8_t large[] = {0, 2};
     static int16_t tag[] = {7, -7};
     static int32_t count[] = {5, 0, 1};
     pliant_elements_t elements = {.sequence = 1,
@@ -298,7 +298,7 @@ TEST(elements_are_shown_once)
                                   .num_levels = 3,
                                   .num_squares = 2,
                                   .elements = count,
-                                  .level = levels,
+                                  .level = large,
                                   .tag = tag};
     SEND(elements_t, bodies_take_elements, "nobody", elements);
     SEND(elements_t, bodies_take_elements, "a", elements);
@@ -307,13 +307,13 @@ TEST(elements_are_shown_once)
     assert_int_equal(slot->parcel->size, 24 + 12 + 4 + 2);
     assert_memory_equal(slot->parcel->data + 24, count, 12);
     assert_memory_equal(slot->parcel->data + 36, tag, 4);
-    assert_memory_equal(slot->parcel->data + 40, levels, 2);
+    assert_memory_equal(slot->parcel->data + 40, large, 2);
     // The same again, as for a client that asked, is no news.
     const uint64_t version = slot->version;
     elements.sequence = 2;
     SEND(elements_t, bodies_take_elements, "a", elements);
     assert_true(slot->version == version);
-    levels[0] = 1;
+    large[0] = 1;
     elements.sequence = 3;
     SEND(elements_t, bodies_take_elements, "a", elements);
     assert_true(slot->version > version);

@@ -83,6 +83,16 @@ export function errorMapMessage(body, topology, share) {
     return data;
 }
 
+/** `count`: elements of the body by level. */
+export function elementsMessage(body, topology, count, tag, level) {
+    const n = tag.length, data = new ArrayBuffer(24 + 4 * count.length + 3 * n);
+    new Uint32Array(data, 0, 6).set([6, body, topology, n, count.length, 0]);
+    new Int32Array(data, 24, count.length).set(count);
+    new Uint16Array(data, 24 + 4 * count.length, n).set(tag);
+    new Uint8Array(data, 24 + 4 * count.length + 2 * n).set(level);
+    return data;
+}
+
 /** `nodes`: null, or {outer, inner}, three bytes a node. */
 export function lookMessage(body, topology, n, color, inside, nodes = null) {
     const data = new Uint8Array(30 + (nodes ? 6 * n : 0));

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { openBrowser } from './browser.mjs';
 import { change, middle, PATIENCE, picture, setting, until, untilShown } from './live.mjs';
-import { errorMapMessage, icoSphere, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
+import { elementsMessage, errorMapMessage, icoSphere, meshMessage, nodesMessage, restMessage, serve, statusMessage } from './mock.mjs';
 
 const { page: folder, out } = setting();
 const options = { timeout: 3 * PATIENCE };
@@ -632,6 +632,56 @@ test('a_body_is_coloured_by_its_error_where_that_is_told', options, async () => 
     session.binary(nodesMessage(0, 2, ball.position));
     await session.round();
     assert(change(await picture(page), turned) < 1, 'nodes keep their share');
+    // Of a scene that tells none the choice goes.
+    session.text({ ...SCENE, name: 'another' });
+    await session.round();
+    assert.equal(await page.locator('#colouring').inputValue(), '0');
+    assert(await option.evaluate((node) => node.hidden));
+});
+
+test('elements_are_drawn_where_they_are_told', options, async () => {
+    await open();
+    const option = page.locator('#element-colours');
+    assert(await option.evaluate((node) => node.hidden && node.disabled));
+    const before = await picture(page);
+    // One element everywhere, then each square its own on the upper half.
+    const squares = ball.triangle.length / 6;
+    const one = elementsMessage(0, 1, [0, 0, 1], new Uint16Array(squares).fill(7), new Uint8Array(squares).fill(2));
+    const upper = Array.from({ length: squares }, (_, q) => ball.position[3 * ball.triangle[6 * q] + 2] > 0);
+    const fine = elementsMessage(0, 1, [300, 0, 1], upper.map((up, q) => (up ? 100 + q : 7)), upper.map((up) => (up ? 0 : 2)));
+    session.binary(one);
+    session.binary(one.slice(0, 60)); // cut off
+    await session.round();
+    assert.equal(await page.evaluate(() => window.pliant.link.refused), 1);
+    assert(!await option.evaluate((node) => node.hidden));
+    assert(change(await picture(page), before) < 1, 'only if it is chosen');
+    await page.selectOption('#colouring', '4');
+    const drawn = () => page.evaluate(() => pliant.bodies[0].elements.lines.geometry.drawRange.count);
+    const large = await picture(page);
+    assert(change(large, before) > SEEN);
+    assert.equal(await drawn(), 0, 'one element has no borders');
+    const legend = () => page.locator('#elements-legend span').allTextContents();
+    assert.deepEqual(await legend(), ['0', '0', '1']);
+    session.binary(fine);
+    await session.round();
+    const divided = await picture(page);
+    assert(change(divided, large) > SEEN);
+    assert.deepEqual(await legend(), ['300', '0', '1']);
+    // A border is drawn once, between squares of different elements, and no square's diagonal is.
+    const sides = new Map();
+    for (let i = 0; i < ball.triangle.length; i++) {
+        const a = ball.triangle[i], b = ball.triangle[i % 3 === 2 ? i - 2 : i + 1], q = Math.floor(i / 6);
+        const key = `${Math.min(a, b)} ${Math.max(a, b)}`;
+        sides.set(key, [...sides.get(key) ?? [], q]);
+    }
+    const borders = [...sides.values()].filter(([p, q]) => p !== q && (upper[p] || upper[q])).length;
+    assert.equal(await drawn(), 2 * borders);
+    await page.screenshot({ path: join(out, 'elements.png') });
+    // Elements stay when the mesh changes, until the next message.
+    session.binary(meshMessage(0, 2, ball));
+    session.binary(nodesMessage(0, 2, ball.position));
+    await session.round();
+    assert(change(await picture(page), divided) < 1);
     // Of a scene that tells none the choice goes.
     session.text({ ...SCENE, name: 'another' });
     await session.round();

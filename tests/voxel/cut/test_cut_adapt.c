@@ -123,6 +123,96 @@ TEST(tools_meet_finest_elements_alone_and_leave_the_body_as_it_was)
     }
 }
 
+// --- elements at the surface ---
+
+// Writes the cell behind a published square, from where its corners are at rest.
+static void cell_behind(const VoxelWorld *world, const float (*rest)[3], int square, int cell[3])
+{
+    const int(*triangle)[3] = world->body->mesh.triangle + 2 * square;
+    Vec3 corner[2][3], middle = {0};
+    for (int k = 0; k < 6; k++) {
+        const float *x = rest[triangle[k / 3][k % 3]];
+        corner[k / 3][k % 3] = vec3((double)x[0], (double)x[1], (double)x[2]);
+    }
+    // The first triangle has the first three corners of its square.
+    middle = vec3_scale(0.5, vec3_add(corner[0][0], corner[0][2]));
+    const Vec3 out =
+        vec3_cross(vec3_sub(corner[0][1], corner[0][0]), vec3_sub(corner[0][2], corner[0][0]));
+    const double h = world->lattice.size;
+    const Vec3 inside = vec3_sub(middle, vec3_scale(0.5 * h / vec3_length(out), out));
+    const Vec3 at = vec3_sub(inside, lattice_point(&world->lattice, 0.0, 0.0, 0.0));
+    const double place[3] = {at.x, at.y, at.z};
+    for (int d = 0; d < 3; d++)
+        cell[d] = (int)floor(place[d] / h);
+}
+
+// Holds what is told of each square to the leaf around the cell behind it, and tags of squares that
+// share a corner to whether their leaves are the same. Returns how many are of larger elements.
+static int check_elements(const VoxelWorld *world)
+{
+    const Body *body = world->body;
+    const VoxelCuts *cuts = cuts_of(world);
+    const int squares = body->mesh.triangle_count / 2, nodes = body->mesh.node_count;
+    FREED float(*rest)[3] = malloc((size_t)nodes * sizeof *rest);
+    FREED unsigned char *level = malloc((size_t)squares);
+    FREED uint16_t *tag = malloc((size_t)squares * sizeof *tag);
+    FREED int *leaf = malloc((size_t)squares * sizeof *leaf);
+    int larger = 0;
+    body->ops->snapshot_rest(body->model, *rest);
+    // In two parts, as it is handed over.
+    body->ops->snapshot_elements(body, 0, 100, level, tag);
+    body->ops->snapshot_elements(body, 100, squares, level + 100, tag + 100);
+    for (int q = 0; q < squares; q++) {
+        int cell[3], of = 0;
+        cell_behind(world, (const float(*)[3])rest, q, cell);
+        leaf[q] = (cell[2] << 16) + (cell[1] << 8) + cell[0]; // of bodies of single cells
+        for (int e = 0; cuts != NULL && e < cuts->lattice.element_count; e++) {
+            const CutElement *element = &cuts->lattice.element[e];
+            if (!cut_lattice_is_leaf(&cuts->lattice, e))
+                continue;
+            bool is_in = true;
+            for (int d = 0; d < 3; d++)
+                is_in &= cell[d] >> element->level == element->cell[d] >> element->level;
+            if (!is_in)
+                continue;
+            leaf[q] = e;
+            of = element->level;
+        }
+        assert_int_equal(level[q], of);
+        larger += of > 0;
+    }
+    const int(*triangle)[3] = body->mesh.triangle;
+    for (int q = 0; q < squares; q++)
+        for (int r = 0; r < q; r++) {
+            bool touch = false;
+            for (int k = 0; k < 36; k++)
+                touch |= triangle[2 * q + k / 18][k / 6 % 3] == triangle[2 * r + k / 3 % 2][k % 3];
+            if (touch)
+                assert_int_equal(tag[q] == tag[r], leaf[q] == leaf[r]);
+        }
+    return larger;
+}
+
+TEST(each_square_of_the_surface_tells_its_element)
+{
+    for (int levels = 0; levels <= 2; levels++) {
+        SCOPED(voxel_world_destroy) VoxelWorld world;
+        cube_create(&world, levels);
+        const int64_t changes = world.body->element_changes;
+        const int squares = world.body->mesh.triangle_count / 2;
+        assert_int_equal(check_elements(&world), levels > 0 ? squares : 0);
+        for (int tick = 0; tick < COME; tick++)
+            step_at(&world, tick);
+        const int larger = check_elements(&world);
+        assert_true(levels > 0 ? larger > 100 && larger < squares - 30 : larger == 0);
+        assert_int_equal(world.body->element_changes > changes, levels > 0);
+        int elements = 0;
+        for (int l = 0; l < world.body->element_levels; l++)
+            elements += world.body->element_at_level[l];
+        assert_int_equal(elements, world.body->element_count);
+    }
+}
+
 TEST(restored_states_adapt_alike)
 {
     SCOPED(voxel_world_destroy) VoxelWorld world;

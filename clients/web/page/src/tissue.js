@@ -17,7 +17,7 @@ const CAPSULES = 4; // of tools that shade tissue
 /** From no error to the largest of the body. */
 export const ERRORS = [0x31447a, 0x35608c, 0x3f8190, 0x66a07c, 0xb0b45c, 0xe3a83f, 0xe0703a, 0xcf3434];
 /** Elements of one cell, two cells, ... across. */
-export const ELEMENTS = [0xe9a46a, 0xd9c48a, 0x9dbfb4, 0x7f9fbd, 0x7584ad, 0x7a6fa0, 0x7a6fa0, 0x7a6fa0];
+export const ELEMENTS = [0xe0935a, 0xcdb375, 0x84a8a0, 0x6d8db0, 0x6a78a3, 0x73689a, 0x73689a, 0x73689a];
 const PIECES = [0xc4695c, 0x5c93c4, 0x7db56a, 0xd9b44a, 0x9a78c4, 0x4fb0a8, 0xd07fa8, 0x9c8f7a];
 
 // What both shaders know. LIT_AT_NODES, for software rendering of fine meshes: light is computed at nodes, and a fragment
