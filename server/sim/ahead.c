@@ -14,6 +14,9 @@ enum { PLACES_EVERY = 16 };
 // Strips that cover a place are so wide, if there are not too many of them: elements of twice the
 // finest size are divided in one layer then [cells].
 static const double STRIP = 4.0;
+// Added to sides before they are cut to whole cells: far from 0 and 1, where sides between corners
+// of cells are, and from a half.
+static const double ROUND_UP = 0.35;
 static const double LARGEST_TURN = 1.0; // [rad] that a predicted path may turn a tool by
 
 // ---------------------------------------------------------------------------------------------
@@ -87,23 +90,27 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
 {
     if (box_is_empty(box))
         return 0;
-    // Sides by length, the longest first.
+    // Sides by length in whole cells, the longest first. Places at rest tremble by rounding, and
+    // are often as long one way as the other: strips that changed with that would divide and merge
+    // elements for ever.
     int axis[3] = {0, 1, 2};
-    double side[3];
-    for (int c = 0; c < 3; c++)
+    double side[3], cells[3];
+    for (int c = 0; c < 3; c++) {
         side[c] = box->high[c] - box->low[c];
+        cells[c] = floor(side[c] / size + ROUND_UP);
+    }
     for (int i = 1; i < 3; i++)
-        for (int k = i; k > 0 && side[axis[k]] > side[axis[k - 1]]; k--) {
+        for (int k = i; k > 0 && cells[axis[k]] > cells[axis[k - 1]]; k--) {
             const int swap = axis[k];
             axis[k] = axis[k - 1];
             axis[k - 1] = swap;
         }
     // Strips across the others, so wide that there are not too many.
     int count[2];
-    double width = STRIP * size;
+    double width = STRIP;
     for (;; width *= 1.25) {
         for (int i = 0; i < 2; i++)
-            count[i] = (int)fmax(1.0, fmin(ceil(side[axis[i + 1]] / width), most + 1.0));
+            count[i] = (int)fmax(1.0, fmin(ceil(cells[axis[i + 1]] / width), most + 1.0));
         if (count[0] * count[1] <= most)
             break;
     }

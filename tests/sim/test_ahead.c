@@ -205,6 +205,35 @@ TEST(strips_cover_a_box)
     }
 }
 
+// Sides of whole cells that tremble by up to a quarter of one, equal ones among them, have the
+// strips that they have at rest: those move no farther than the corners do.
+TEST(strips_of_a_box_that_trembles_stay)
+{
+    enum { MOST = 16, EDGE = 12, TIMES = 20 };
+    const double size = 1e-3;
+    uint64_t random = 11;
+    for (int i = 0; i < EDGE * EDGE * EDGE; i++) {
+        const Vec3 corner =
+            vec3(size * (i % EDGE), size * (i / EDGE % EDGE), size * (i / EDGE / EDGE));
+        Box still = box_empty();
+        box_add(&still, vec3(0.0, 0.0, 0.0));
+        box_add(&still, corner);
+        Approach rest[MOST], list[MOST];
+        const int count = ahead_cover(&still, size, MOST, rest);
+        for (int n = 0; n < TIMES; n++) {
+            Box box = box_empty();
+            const double by = 0.25 * size; // both ends of a side together
+            box_add(&box, vec3_scale(0.5 * by, random_point(&random)));
+            box_add(&box, vec3_madd(corner, -0.5 * by, random_point(&random)));
+            assert_int_equal(ahead_cover(&box, size, MOST, list), count);
+            for (int k = 0; k < count; k++) {
+                assert_true(vec3_length(vec3_sub(list[k].from, rest[k].from)) < by);
+                assert_true(vec3_length(vec3_sub(list[k].to, rest[k].to)) < by);
+            }
+        }
+    }
+}
+
 // A load acts for long: its nodes are among the places, and remain there until it has ended.
 TEST(a_load_is_told_while_it_acts)
 {
