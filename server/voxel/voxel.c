@@ -310,8 +310,8 @@ static const char *voxel_isa(const void *self)
     .read_state = vertices_read_state, .measure = voxel_measure, .is_fixed = voxel_is_fixed,       \
     .gather_patch = voxel_gather_patch, .set = voxel_set, .get = voxel_get,                        \
     .estimate = voxel_estimate, .snapshot_error = voxel_snapshot_error,                            \
-    .snapshot_elements = voxel_snapshot_elements,                                                  \
-    .restored = voxel_restored, .explain = voxel_explain, .isa = voxel_isa
+    .snapshot_elements = voxel_snapshot_elements, .restored = voxel_restored,                      \
+    .explain = voxel_explain, .isa = voxel_isa
 #define OPERATIONS_OF_CUTTABLE                                                                     \
     OPERATIONS, .cut = cut_body_cut, .remove = cut_body_remove,                                    \
                 .reconstruct = cut_body_reconstruct, .reserve_blades = cut_body_reserve_blades,    \
