@@ -150,9 +150,9 @@ typedef struct CutLattice {
     struct CutScratch *scratch;
 } CutLattice;
 
-// Load time. Elements and vertices as in the layout and the mesh of `making`, in their order; also
-// needs its capacity, and the options' name and split_budget. The arena owns the arrays. False with
-// a status: the capacity is too small.
+// Load time. Elements and vertices as in the layout and the mesh of `making`, in their order, or as
+// its rest_id and `divided` say; also needs its capacity, and the options' name and split_budget.
+// The arena owns the arrays. False with a status: the capacity is too small.
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status);
 
