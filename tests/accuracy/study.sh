@@ -117,5 +117,6 @@ for scene in "$here"/../../config/*.cfg; do
     name=$(basename "$scene" .cfg)
     [ ! -f "$data/shipped-$name/total.png" ] || cp "$data/shipped-$name/total.png" "$here/study-config-$name.png"
 done
+sh "$here/study_adaptive.sh" "$programs" "$data"
 gnuplot -e "data='$data'; out='$here'" "$here/study.gp"
 sh "$here/keep.sh" study "$data" "$repeats runs of each, one at a time"
