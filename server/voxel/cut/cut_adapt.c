@@ -84,11 +84,18 @@ static double reach_of(const CutAdapt *adapt, const Approach *path)
     return fmax(touched, whole / adapt->state->scale);
 }
 
-// Returns the level that is fine enough for a path.
-static int level_of(const CutAdapt *adapt, const Approach *path)
+// True for what a tool touches, or is next to that.
+static bool is_touched(const CutAdapt *adapt, const Approach *path, double distance)
+{
+    return distance < path->radius + adapt->size;
+}
+
+// Returns the level that is fine enough at a distance from a path: coarser where time is short, but
+// not where the tool touches, since contact with large elements locks.
+static int level_of(const CutAdapt *adapt, const Approach *path, double distance)
 {
     const int levels = adapt->lattice->levels;
-    int level = levels - (int)adapt->state->finest;
+    int level = is_touched(adapt, path, distance) ? 0 : levels - (int)adapt->state->finest;
     level = level > 0 ? level : 0;
     for (double edge = 2.0 * FINE * adapt->size * (double)(1 << level);
          edge <= path->radius && level < levels; edge *= 2.0)
@@ -159,7 +166,7 @@ static void add_wish(CutAdapt *adapt, const AdaptWish *wish)
 // True if a tool is about to touch what is this far from the axis of its path, at `along`.
 static bool is_urgent(const CutAdapt *adapt, const Approach *path, double distance, double along)
 {
-    return distance < path->radius + adapt->size && approach_time(path, along) < URGENT_TIME;
+    return is_touched(adapt, path, distance) && approach_time(path, along) < URGENT_TIME;
 }
 
 // Wishes that a leaf is divided if one of these paths (a bit each) needs it.
@@ -172,7 +179,7 @@ static void look_at_leaf(CutAdapt *adapt, const void *row, int leaf, unsigned pa
         const Approach *path = &adapt->approach[__builtin_ctz(paths)];
         double along;
         const double distance = distance_of(&box, path, &along);
-        if (level <= level_of(adapt, path) || distance >= reach_of(adapt, path))
+        if (level <= level_of(adapt, path, distance) || distance >= reach_of(adapt, path))
             continue;
         wish.urgent |= is_urgent(adapt, path, distance, along);
         wish.distance = fmin(wish.distance, distance - path->radius);
@@ -326,10 +333,10 @@ static bool is_left(const CutAdapt *adapt, const void *row, int element)
     for (int i = 0; i < adapt->approach_count; i++) {
         const Approach *path = &adapt->approach[i];
         double along;
-        if (adapt->lattice->element[element].level <= level_of(adapt, path))
-            continue;
-        if (distance_of(&box, path, &along) <
-            reach_of(adapt, path) + LEAVES * fmax(path->radius, 2.0 * adapt->size))
+        const double beyond = LEAVES * fmax(path->radius, 2.0 * adapt->size),
+                     distance = distance_of(&box, path, &along) - beyond;
+        if (adapt->lattice->element[element].level > level_of(adapt, path, distance) &&
+            distance < reach_of(adapt, path))
             return false;
     }
     return true;
