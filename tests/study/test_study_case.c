@@ -95,6 +95,23 @@ TEST(voxels_are_only_given_what_they_take)
     assert_true(level[0] > 0 && level[1] > 0);
 }
 
+TEST(solids_that_a_tool_presses_are_also_studied_with_elements_that_follow_it)
+{
+    SCOPED(scene_destroy) Scene scene;
+    int count =
+        make(VOXEL "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.01; } ); "
+                   "} );\n",
+             &(StudyOptions){0}, &scene);
+    const IntegratorKind own = cases[0].integrator;
+    expect_sound(&scene, count);
+    assert_int_equal(count_of(count, own, DETAIL_ADAPTIVE, 1, UNSTEERED), 1);
+    assert_int_equal(count_of(count, own, DETAIL_ADAPTIVE, 1, 0.02), 1);
+    // Nothing follows where there is no tool.
+    SCOPED(scene_destroy) Scene without;
+    count = make(VOXEL, &(StudyOptions){0}, &without);
+    assert_int_equal(count_of(count, own, DETAIL_ADAPTIVE, 1, UNSTEERED), 0);
+}
+
 TEST(only_keeps_the_scene_and_what_was_asked_for)
 {
     SCOPED(scene_destroy) Scene scene;
