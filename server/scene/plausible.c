@@ -467,6 +467,29 @@ static int check_frames(const Subject *mesh, const Subject *volume)
     return 1;
 }
 
+// Warns of balls of fine elements that do not reach the body.
+static int check_fine(const Subject *body)
+{
+    if (body->body->model != MODEL_VOXEL)
+        return 0;
+    const VoxelOptions *voxel = &body->body->voxel;
+    const Box box = body_outline(body->made).box;
+    int said = 0;
+    for (int f = 0; f < voxel->fine_count; f++) {
+        const Vec3 at = voxel->fine[f].centre;
+        const Box centre = {{at.x, at.y, at.z}, {at.x, at.y, at.z}};
+        if (box_gap(&centre, &box) <= voxel->fine[f].radius)
+            continue;
+        log_line(LOG_WARNING,
+                 "%s:%d: levels.fine: the ball of %g m around (%g, %g, %g) misses body \"%s\": "
+                 "nothing stays fine for it",
+                 body->scene->path, body->line, voxel->fine[f].radius, at.x, at.y, at.z,
+                 body->made->name);
+        said++;
+    }
+    return said;
+}
+
 // Warns of a load that acts on nothing, unless a body gets there before it starts.
 static int check_load(World *world, const Scene *scene, int index)
 {
@@ -515,6 +538,7 @@ int plausible_warn(World *world, const Scene *scene)
             all.widest_name = made->name;
         }
         said += CHECK(body, BODY_ROWS);
+        said += check_fine(&body);
         for (int k = 0; k < scene->body_count; k++) {
             Subject other = {.made = sim_body(world->sim, k), .body = &scene->body[k]};
             said += check_frames(&body, &other);

@@ -97,6 +97,10 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
          "rate_hz = 1000.0; loads = ( { center = [0.0, 0.0, 40.0]; radius = 0.01; force = [0.0, "
          "0.0, 1.0]; duration = 1.0; } );",
          "scene.cfg:1: the load has no node within 0.01 m of (0, 0, 40)"},
+        {"size = 0.01; };",
+         "size = 0.01; }; levels = { surface = 2; fine = ( { sphere = [0.0, 0.0, 40.0]; radius = "
+         "0.01; }, { sphere = [0.0, 0.0, 0.045]; radius = 0.01; } ); };",
+         "scene.cfg:2: levels.fine: the ball of 0.01 m around (0, 0, 40) misses body \"solid\""},
         {"radius = 0.005", "radius = 5.0",
          "scene.cfg:4: tool 1 has a radius of 5 m: is it in millimetres?"},
         {"to = [0.0, 0.0, 0.1]", "to = [0.0, 0.0, 100.0]", "scene.cfg:4: tool 1 is 100 m long"},
