@@ -95,7 +95,8 @@ TEST(set_makes_the_fine_surroundings_of_tools_smaller_and_coarser)
     assert_int_equal(sim_body(world.sim, 0)->finest_level, 1);
     set(&world, "adapt_level", 0.0);
     go(&world, true, at, 400);
-    assert_int_equal(elements(&world), UNTOUCHED);
+    const int least = elements(&world);
+    assert_true(least < whole && least > UNTOUCHED); // what it touches stays fine
     set(&world, "adapt_level", 8.0);
     go(&world, true, at, 400);
     assert_int_equal(elements(&world), whole);
