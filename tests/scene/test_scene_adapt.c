@@ -90,13 +90,20 @@ TEST(set_makes_the_fine_surroundings_of_tools_smaller_and_coarser)
     const int less = elements(&world);
     assert_true(less < whole && less > UNTOUCHED);
     set(&world, "adapt_scale", 1.0);
-    set(&world, "adapt_level", 1.0);
-    go(&world, true, at, 400);
-    assert_int_equal(sim_body(world.sim, 0)->finest_level, 1);
+    // What it touches stays fine; farther off it is as coarse as it is told.
     set(&world, "adapt_level", 0.0);
     go(&world, true, at, 400);
-    const int least = elements(&world);
-    assert_true(least < whole && least > UNTOUCHED); // what it touches stays fine
+    assert_true(elements(&world) < whole && elements(&world) > UNTOUCHED);
+    assert_int_equal(sim_body(world.sim, 0)->finest_level, 2);
+    const Vec3 off = vec3(AT.x, AT.y, TOP + 0.017); // more than a cell
+    set(&world, "adapt_level", 1.0);
+    go(&world, false, at, 1000); // what was touched merges
+    go(&world, true, off, 400);
+    assert_int_equal(sim_body(world.sim, 0)->finest_level, 1);
+    set(&world, "adapt_level", 0.0);
+    go(&world, false, at, 1000);
+    go(&world, true, off, 400);
+    assert_int_equal(elements(&world), UNTOUCHED);
     set(&world, "adapt_level", 8.0);
     go(&world, true, at, 400);
     assert_int_equal(elements(&world), whole);
