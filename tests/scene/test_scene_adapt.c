@@ -21,7 +21,7 @@ static const double TOP = 0.04; // [m]
 
 static void open_world(World *world)
 {
-    Scene *scene = read_valid(CUBE);
+    Scene *scene = read_kept(CUBE);
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     expect_ok(world_build(world, scene, &options, &status), status);

@@ -40,7 +40,7 @@ static void open_world(World *world, const char *scene, const char *adapt, doubl
     snprintf(text, sizeof text, scene, adapt);
     const size_t length = strlen(text);
     snprintf(text + length, sizeof text - length, "publish = { error_hz = %g; };\n", error_hz);
-    Scene *read = read_valid(text);
+    Scene *read = read_kept(text);
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true, .publishes = true};
     expect_ok(world_build(world, read, &options, &status), status);

@@ -64,4 +64,16 @@ static inline Scene *read_valid(const char *text)
     return &scene;
 }
 
+// The same for as long as its world lives, which names it: until so many others are read.
+static inline Scene *read_kept(const char *text)
+{
+    enum { KEPT = 8 };
+    static Scene scene[KEPT];
+    static int next;
+    Scene *kept = &scene[next++ % KEPT];
+    scene_destroy(kept);
+    assert_string_equal(read_as_scene(text, kept), "");
+    return kept;
+}
+
 #endif

@@ -115,6 +115,16 @@ static void find_offset(CutFit *fit, CutMoved *at)
 // ---------------------------------------------------------------------------------------------
 // Rows, cells and nodes
 
+// True if all corners of a cell are vertices: not where a larger leaf covers it, and they are not
+// kept.
+static bool has_corners(const CutLattice *lattice, int cell)
+{
+    bool all = true;
+    for (int k = 0; k < NODE_CORNERS && all; k++)
+        all = cut_carry_corner(lattice, cell, k) >= 0;
+    return all;
+}
+
 void cut_fit_around(const CutFit *fit, CutMoved *at)
 {
     const CutLattice *lattice = fit->lattice;
@@ -125,10 +135,7 @@ void cut_fit_around(const CutFit *fit, CutMoved *at)
         const int cell =
             cut_lattice_cell(lattice, at->point[0] - 1 + (s & 1), at->point[1] - 1 + (s >> 1 & 1),
                              at->point[2] - 1 + (s >> 2));
-        bool all = cell >= 0;
-        for (int k = 0; k < NODE_CORNERS && all; k++)
-            all = cut_carry_corner(lattice, cell, k) >= 0;
-        at->leaf[s] = cell < 0 ? -1 : all ? cell : at->leaf[s];
+        at->leaf[s] = cell < 0 ? -1 : has_corners(lattice, cell) ? cell : at->leaf[s];
     }
 }
 
@@ -159,7 +166,7 @@ static void enter_cell(CutFit *fit, int cell)
         fit->cell[*at][k] = row_for(fit, cut_fit_corner(fit, cell, k));
 }
 
-// Takes out a cell that went: the last takes its place.
+// Takes out a cell that went, or is inside of a larger leaf now: the last takes its place.
 static void leave_cell(CutFit *fit, int cell)
 {
     const int at = fit->cell_at[cell], last = --fit->fitted.fit.cell_count;
@@ -306,7 +313,8 @@ static void enter(CutFit *fit)
         const int element = changes->element[i];
         if (element >= fit->faces->cell_count || fit->cell_at[element] < 0)
             continue;
-        if (cut_lattice_is_gone(fit->lattice, element))
+        if (cut_lattice_is_gone(fit->lattice, element) ||
+            (fit->lattice->adapts && !has_corners(fit->lattice, element)))
             leave_cell(fit, element);
         else
             enter_cell(fit, element);
@@ -456,7 +464,7 @@ static void create_rows(CutFit *fit, const char *name, Arena *arena)
     fit->fading = ALLOCATE(ARENA_OUTPUT, fades, FitFade, "fades");
     fit->fading_vertex = ALLOCATE(ARENA_OUTPUT, fades, int, "fading vertices");
     fit->is_fading = ALLOCATE(ARENA_OUTPUT, vertices, unsigned char, "fading");
-    if (fit->lattice->removable)
+    if (fit->lattice->removable || fit->lattice->adapts)
         fit->of_cell = ALLOCATE(ARENA_OUTPUT, cells, int, "cells of fitted cells");
     fit->fitted.vertex = fit->vertex;
     fit->fitted.fit = (BodyFit){.row_capacity = (int)vertices,

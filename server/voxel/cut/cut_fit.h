@@ -51,7 +51,7 @@ typedef struct CutFit {
     float (*offset)[3];       // [row]; zero unless it is a node's
     int *cell_at;             // [cell] in `cell`; -1: not needed
     int (*cell)[FIT_CORNERS]; // rows
-    int *of_cell;             // the cells of these; NULL: cells cannot go
+    int *of_cell;             // the cells of these; NULL: they stay
     FitFade *fading;
     int *fading_vertex, fading_count;
     unsigned char *is_fading; // [vertex]
