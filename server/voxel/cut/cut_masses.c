@@ -457,26 +457,37 @@ static bool has_ended(const CutMasses *masses, int vertex)
     return masses->vertices->mass[vertex] == 0.0 && masses->mass_before[vertex] > 0.0;
 }
 
+// Begins the sums of a group about its first vertex, against cancellation far from the origin.
+static Momentum begin_momentum(const CutMasses *masses, const void *row, int group)
+{
+    int first = group;
+    while (first >= 0 && !is_free(masses, first) && !has_ended(masses, first))
+        first = masses->next[first];
+    return (Momentum){.origin =
+                          first < 0 ? (Vec3){0.0, 0.0, 0.0} : position_of(masses, row, first)};
+}
+
+// Adds a vertex: its mass, and the mass whose momentum was gained.
+static void add_momentum(Momentum *sum, const CutMasses *masses, const void *row, int vertex,
+                         double mass, double gained)
+{
+    const Vec3 x = vec3_sub(position_of(masses, row, vertex), sum->origin);
+    const Vec3 v = rows_vector(&masses->vertices->rows, row, vertex, 4);
+    sum->mass += mass;
+    sum->first = vec3_madd(sum->first, mass, x);
+    sum->second = sym3_madd(sum->second, mass, sym3_outer(1.0, x));
+    sum->linear = vec3_madd(sum->linear, gained, v);
+    sum->angular = vec3_madd(sum->angular, gained, vec3_cross(x, v));
+}
+
+// Returns what the exchange of masses in a group has added.
 static Momentum momentum_of(const CutMasses *masses, const void *row, int group)
 {
-    Momentum sum = {.mass = 0.0};
-    bool begun = false;
+    Momentum sum = begin_momentum(masses, row, group);
     for (int i = group; i >= 0; i = masses->next[i]) {
-        if (!is_free(masses, i) && !has_ended(masses, i))
-            continue;
-        // About the first vertex, against cancellation far from the origin.
-        if (!begun)
-            sum.origin = position_of(masses, row, i);
-        begun = true;
-        // What the exchange of masses has added counts.
-        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
-        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
-        const double mass = masses->vertices->mass[i], more = mass - masses->mass_before[i];
-        sum.mass += mass;
-        sum.first = vec3_madd(sum.first, mass, x);
-        sum.second = sym3_madd(sum.second, mass, sym3_outer(1.0, x));
-        sum.linear = vec3_madd(sum.linear, more, v);
-        sum.angular = vec3_madd(sum.angular, more, vec3_cross(x, v));
+        const double mass = masses->vertices->mass[i];
+        if (is_free(masses, i) || has_ended(masses, i))
+            add_momentum(&sum, masses, row, i, mass, mass - masses->mass_before[i]);
     }
     return sum;
 }
@@ -558,34 +569,16 @@ static void hand_over(const CutMasses *masses, void *row, int group)
 // Hands over what ended in a group; returns the momentum that this and the change of masses added.
 static Momentum merge_momentum(const CutMasses *masses, void *row, int group)
 {
-    Momentum sum = {.mass = 0.0};
-    bool begun = false;
+    Momentum sum = begin_momentum(masses, row, group);
     // Before: new vertices had no mass.
-    for (int i = group; i >= 0; i = masses->next[i]) {
-        const double mass = masses->mass_before[i];
-        if (!is_free(masses, i) && !has_ended(masses, i))
-            continue;
-        if (!begun)
-            sum.origin = position_of(masses, row, i);
-        begun = true;
-        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
-        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
-        sum.linear = vec3_madd(sum.linear, -mass, v);
-        sum.angular = vec3_madd(sum.angular, -mass, vec3_cross(x, v));
-    }
+    for (int i = group; i >= 0; i = masses->next[i])
+        if (is_free(masses, i) || has_ended(masses, i))
+            add_momentum(&sum, masses, row, i, 0.0, -masses->mass_before[i]);
     hand_over(masses, row, group);
-    for (int i = group; i >= 0; i = masses->next[i]) {
-        const double mass = masses->vertices->mass[i];
-        if (!is_free(masses, i))
-            continue;
-        const Vec3 x = vec3_sub(position_of(masses, row, i), sum.origin);
-        const Vec3 v = rows_vector(&masses->vertices->rows, row, i, 4);
-        sum.mass += mass;
-        sum.first = vec3_madd(sum.first, mass, x);
-        sum.second = sym3_madd(sum.second, mass, sym3_outer(1.0, x));
-        sum.linear = vec3_madd(sum.linear, mass, v);
-        sum.angular = vec3_madd(sum.angular, mass, vec3_cross(x, v));
-    }
+    for (int i = group; i >= 0; i = masses->next[i])
+        if (is_free(masses, i))
+            add_momentum(&sum, masses, row, i, masses->vertices->mass[i],
+                         masses->vertices->mass[i]);
     return sum;
 }
 
