@@ -18,7 +18,6 @@ static const double FINE = 8.0;   // cells of this part of a radius are fine eno
 static const double MOVED = 0.5;  // motion of a path after which it is looked at again [cells]
 static const double STALE = 0.25; // part of a brick by which its box may be too small
 static const double URGENT_TIME = 5e-3; // in which a tool is where it is about to touch [s]
-static const double RESIDUAL = 0.05;    // largest motion of a vertex by a merge [cells]
 enum {
     SWEEP_TICKS = 20,  // at the longest, between sweeps
     SPREAD_TICKS = 16, // in which what waits is to be divided
@@ -359,7 +358,7 @@ static void find_merges(CutAdapt *adapt, const void *row)
                 return;
             if (!bits_has(adapt->is_tense, at) && is_left(adapt, row, element) &&
                 cut_lattice_can_merge(adapt->lattice, element) &&
-                cut_masses_residual(adapt->masses, element) < RESIDUAL)
+                cut_masses_residual(adapt->masses, element) < CUT_MERGE_RESIDUAL)
                 adapt->merge[adapt->merge_count++] = element;
         }
         word = word + 1 < words ? word + 1 : 0;
