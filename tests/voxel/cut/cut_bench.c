@@ -187,6 +187,13 @@ void cut_bench_settle(CutBench *bench)
         follow(bench, false);
 }
 
+bool cut_bench_divide(CutBench *bench, int element)
+{
+    if (cut_lattice_divide(&bench->cut, &element, 1) > 0)
+        follow(bench, false);
+    return bench->cut.divided[element];
+}
+
 int cut_bench_merge(CutBench *bench, CutBenchShape *shape, const void *context)
 {
     CutLattice *cut = &bench->cut;

@@ -49,6 +49,8 @@ bool cut_bench_break(CutBench *bench, const int (*face)[2], int count);
 int cut_bench_sweep(CutBench *bench, CutPhase phase, BladeEdge before, BladeEdge after);
 // Divides until nothing wants to be divided.
 void cut_bench_settle(CutBench *bench);
+// Divides a leaf, and what must be before it. True if it was divided.
+bool cut_bench_divide(CutBench *bench, int element);
 // Merges what can, once each; their new vertices are where the shape says. Returns how many merged.
 int cut_bench_merge(CutBench *bench, CutBenchShape *shape, const void *context);
 // Loops of four links around an edge of the lattice of which an odd number is broken.

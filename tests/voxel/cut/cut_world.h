@@ -5,6 +5,7 @@
 
 #include "expect.h"
 #include "random.h"
+#include "sim/follow.h"
 #include "voxel_world.h"
 
 #include "voxel/cut/cut_body.h"
@@ -187,6 +188,51 @@ static inline bool cut_world_cut(CutWorld *world, const CutOptions *cut, CutOutc
 {
     char why[SIM_EVENT_TEXT];
     return sim_apply_cut(world->sim, cut, outcome, why, sizeof why);
+}
+
+// Finds leaves among `count` random elements of level 1 or more, some perhaps twice. Returns how
+// many.
+static inline int cut_world_random_leaves(const CutWorld *world, uint64_t *seed, int count,
+                                          int *leaf)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    const int first = lattice->level_first[1], larger = lattice->element_count - first;
+    int found = 0;
+    for (int k = 0; k < count; k++) {
+        const int element = first + random_below(seed, larger);
+        if (cut_lattice_is_leaf(lattice, element))
+            leaf[found++] = element;
+    }
+    return found;
+}
+
+typedef struct CutWorldDivision {
+    VoxelCuts *cuts;
+    const int *element;
+    int count;
+} CutWorldDivision;
+
+static inline bool cut_world_make_division(Sim *sim, int body, void *context,
+                                           TopologyChange *change)
+{
+    const CutWorldDivision *division = context;
+    *change = (TopologyChange){0};
+    return cut_lattice_divide(&division->cuts->lattice, division->element, division->count) > 0 &&
+           cut_body_follow(division->cuts, &sim->body[body], true, false, change);
+}
+
+// Divides leaves, and what must be before them.
+static inline void cut_world_divide(CutWorld *world, const int *element, int count)
+{
+    CutWorldDivision division = {world->cuts, element, count};
+    change_body(world->sim, 0, cut_world_make_division, &division);
+}
+
+// Divides those among `count` random elements that are leaves.
+static inline void cut_world_divide_some(CutWorld *world, uint64_t *seed, int count)
+{
+    FREED int *leaf = malloc((size_t)count * sizeof *leaf);
+    cut_world_divide(world, leaf, cut_world_random_leaves(world, seed, count, leaf));
 }
 
 // A random plane through the body, whole or stopping inside.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Bodies that adapt: the points that are shown while elements merge and are divided, and what a
 // change keeps of mass, momentum and energy.
-#include "sim/follow.h"
 #include "test.h"
 #include "cut_world.h"
 #include "effort.h"
@@ -89,27 +88,6 @@ static void create(CutWorld *world, VoxelWorldOptions *options)
     ops = *world->body->ops;
     ops.adapt = stay;
     world->body->ops = &ops;
-}
-
-static bool divide(Sim *sim, int body, void *context, TopologyChange *change)
-{
-    (void)context;
-    const bool changed = sim->body[body].ops->reconstruct(&sim->body[body], change);
-    change->again = false;
-    return changed;
-}
-
-// Divides some leaves, and what must be before them.
-static void divide_some(CutWorld *world, uint64_t *seed, int count)
-{
-    CutLattice *lattice = &world->cuts->lattice;
-    const int first = lattice->level_first[1], larger = lattice->element_count - first;
-    for (int k = 0; k < count; k++) {
-        const int element = first + random_below(seed, larger);
-        if (cut_lattice_is_leaf(lattice, element))
-            cut_lattice_want(lattice, element);
-    }
-    change_body(world->sim, 0, divide, NULL);
 }
 
 typedef struct Merging {
@@ -205,7 +183,7 @@ TEST(shown_points_follow_uniform_strains)
             if (round % 3 == 2)
                 merge_some(&world, &seed, 2, 1e-9, NULL);
             else
-                divide_some(&world, &seed, 6);
+                cut_world_divide_some(&world, &seed, 6);
             read_kept(&world, after);
             expect_near(largest_move(&world, before, after), 0.0, 1e-11);
             cut_world_check_masses(&world);
@@ -248,7 +226,7 @@ TEST(merges_and_divisions_keep_momentum_and_mass)
             cut_carry_update(world.cuts->carry,
                              world.model->vertices.row[world.model->vertices.current]);
             WorldMomentum before = cut_world_momentum(&world), after;
-            divide_some(&world, &seed, 4);
+            cut_world_divide_some(&world, &seed, 4);
             after = cut_world_momentum(&world);
             expect_same_momentum(&before, &after);
             cut_world_check_masses(&world);
@@ -285,7 +263,7 @@ TEST(no_shown_point_moves_farther_than_the_residual)
                 cut_world_shake(&world, 0.05, &seed);
             sim_step(world.sim);
             read_kept(&world, before);
-            divide_some(&world, &seed, 2);
+            cut_world_divide_some(&world, &seed, 2);
             read_kept(&world, after);
             // By the same sums in another order.
             expect_near(largest_move(&world, before, after), 0.0, 1e-12);
@@ -320,7 +298,7 @@ static void live_on(CutWorld *world, int tick, uint64_t *seed)
         cut_world_cut(world, &cut, &outcome);
     }
     if (tick % 3 == 0)
-        divide_some(world, seed, 2);
+        cut_world_divide_some(world, seed, 2);
     else
         merge_some(world, seed, 3, 0.1, NULL);
     sim_step(world->sim);
@@ -406,7 +384,7 @@ TEST(a_free_body_falls_with_all_its_points)
         read_kept(&world, start);
         for (int tick = 0; tick < 100; tick++) {
             if (tick % 4 == 0)
-                divide_some(&world, &seed, 3);
+                cut_world_divide_some(&world, &seed, 3);
             else
                 merge_some(&world, &seed, 3, 0.05, NULL);
             sim_step(world.sim);
@@ -478,7 +456,21 @@ TEST(forces_on_carried_points_keep_their_resultant_and_moment)
 
 // --- room ---
 
-// What does not fit waits and is told, keeps nothing else waiting, and finds room when others have
+// Keeps those elements of a list that are leaves, each once.
+static int keep_leaves(const CutLattice *lattice, int *element, int count)
+{
+    int kept = 0;
+    for (int k = 0; k < count; k++) {
+        bool known = !cut_lattice_is_leaf(lattice, element[k]);
+        for (int j = 0; j < kept; j++)
+            known |= element[j] == element[k];
+        if (!known)
+            element[kept++] = element[k];
+    }
+    return kept;
+}
+
+// What does not fit waits, keeps nothing that is behind it waiting, and finds room when others have
 // merged. Rows, leaves and batches never exceed what there is: their owners assert that.
 TEST(what_does_not_fit_waits_until_others_have_merged)
 {
@@ -489,30 +481,42 @@ TEST(what_does_not_fit_waits_until_others_have_merged)
     options.body.body.node_capacity = cut_lattice_used(&wide.cuts->lattice) + 60;
     SCOPED(cut_world_destroy) CutWorld world;
     cut_world_create(&world, &options);
-    CutLattice *lattice = &world.cuts->lattice;
+    const CutLattice *lattice = &world.cuts->lattice;
     const int rest = lattice->leaf_count;
     assert_int_equal(rest, wide.cuts->lattice.leaf_count);
-    int refused = 0, divided = 0;
+    enum { EACH = 40 };
+    FREED int *element = malloc(((size_t)lattice->element_count + EACH) * sizeof *element);
+    int waiting = 0, refused = 0, divided = 0, found_room = 0;
     for (int round = 0; round < EFFORT(40); round++) {
-        const int leaves = lattice->leaf_count;
-        divide_some(&world, &seed, 40);
-        refused += lattice->wanted_count > 0;
-        divided += lattice->wanted_count > 0 && lattice->leaf_count > leaves;
+        int count = waiting + cut_world_random_leaves(&world, &seed, EACH, element + waiting);
+        count = keep_leaves(lattice, element, count);
+        cut_world_divide(&world, element, count);
+        bool behind = false; // of one that had no room, another was divided
+        for (int k = 0, without = 0; k < count; k++) {
+            without += !lattice->divided[element[k]];
+            behind |= without > 0 && lattice->divided[element[k]];
+            found_room += k < waiting && lattice->divided[element[k]];
+        }
+        waiting = keep_leaves(lattice, element, count);
+        refused += waiting > 0;
+        divided += behind;
+        assert_int_equal(lattice->wanted_count, 0); // nothing is broken
         assert_in_range(cut_lattice_used(lattice), 1, lattice->vertex_capacity);
         cut_world_check_masses(&world);
         if (round % 4 == 3)
             merge_some(&world, &seed, 2, 1e9, NULL);
+        waiting = keep_leaves(lattice, element, waiting); // others are no leaves any more
         sim_step(world.sim);
         assert_int_equal(sim_resets(world.sim), 0);
     }
-    print_message("%d rounds with what does not fit, in %d of them others were divided\n", refused,
-                  divided);
-    assert_true(refused > 0 && divided > 0);
+    print_message("%d rounds with what does not fit, in %d of them others behind it were divided; "
+                  "%d found room later\n",
+                  refused, divided, found_room);
+    assert_true(refused > 0 && divided > 0 && found_room > 0);
     // Everything merges to the state at rest, and what had no room has it.
-    cut_lattice_withdraw(lattice);
     while (merge_some(&world, &seed, 1, 1e9, NULL) > 0)
         ;
     assert_int_equal(lattice->leaf_count, rest);
-    divide_some(&world, &seed, 40);
+    cut_world_divide_some(&world, &seed, 40);
     assert_true(lattice->leaf_count > rest);
 }

@@ -2,7 +2,6 @@
 // Real bodies with partly filled elements, while these merge and are divided: forces and energy of
 // the kernels against the readable element, leaf by leaf; batches packed bit by bit; the stress
 // under which they tear.
-#include "sim/follow.h"
 #include "test.h"
 #include "cut_world.h"
 #include "effort.h"
@@ -20,14 +19,6 @@ static VoxelWorldOptions options_of(bool ball, Precision precision)
 }
 
 // --- changes ---
-
-static bool divide(Sim *sim, int body, void *context, TopologyChange *change)
-{
-    (void)context;
-    const bool changed = sim->body[body].ops->reconstruct(&sim->body[body], change);
-    change->again = false;
-    return changed;
-}
 
 // A third of what can.
 static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
@@ -47,18 +38,10 @@ static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
 
 static void change_some(CutWorld *world, uint64_t *random)
 {
-    CutLattice *lattice = &world->cuts->lattice;
-    const int first = lattice->level_first[1], larger = lattice->element_count - first;
-    if (random_below(random, 3) == 0) {
+    if (random_below(random, 3) == 0)
         change_body(world->sim, 0, merge, random);
-        return;
-    }
-    for (int k = 0; k < 3; k++) {
-        const int element = first + random_below(random, larger);
-        if (cut_lattice_is_leaf(lattice, element))
-            cut_lattice_want(lattice, element);
-    }
-    change_body(world->sim, 0, divide, NULL);
+    else
+        cut_world_divide_some(world, random, 3);
 }
 
 static bool is_in_use(const CutLattice *lattice, int vertex)

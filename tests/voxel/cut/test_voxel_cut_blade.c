@@ -462,9 +462,7 @@ TEST(division_of_partly_filled_elements_moves_no_centre)
         for (int c = 0; c < cells; c++)
             before[c] = cut_centre(&centres, c);
         partly_filled += !cut->element[e].whole;
-        cut_lattice_want(cut, e);
-        cut_bench_settle(&bench);
-        divided += cut->divided[e];
+        divided += cut_bench_divide(&bench, e);
         cut_centres_begin(&centres, cut, &bench.vertices.rows, bench.vertices.present);
         for (int c = 0; c < cells; c++)
             worst = fmax(worst, vec3_length(vec3_sub(cut_centre(&centres, c), before[c])));

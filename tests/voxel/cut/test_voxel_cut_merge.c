@@ -255,7 +255,7 @@ static bool is_bitten(const CutSample *sample, const bool *bitten, int element)
     return false;
 }
 
-// Whether a leaf must be divided though nobody asks.
+// Whether a leaf must be divided.
 static bool must_be_divided(const CutSample *sample, const bool *bitten, int element)
 {
     const CutElement *of = &sample->cut.element[element];
@@ -284,8 +284,7 @@ static void check_wanted(const CutSample *sample)
     int count = 0;
     for (int level = cut->levels; level > 0; level--)
         for (int e = cut->level_first[level]; e < cut->level_first[level + 1]; e++)
-            if (cut_lattice_is_leaf(cut, e) &&
-                (cut->asked[e] || must_be_divided(sample, bitten, e))) {
+            if (cut_lattice_is_leaf(cut, e) && must_be_divided(sample, bitten, e)) {
                 assert_true(count < cut->wanted_count);
                 assert_int_equal(cut->wanted[count++], e);
             }
@@ -454,6 +453,18 @@ static unsigned char *derived_block(const CutLattice *cut, size_t *size)
     return block;
 }
 
+// A copy of everything that a call may change.
+static unsigned char *whole_block(const CutSample *sample, size_t *size)
+{
+    size_t derived;
+    unsigned char *block = derived_block(&sample->cut, &derived);
+    const size_t state = state_bytes(&sample->state);
+    *size = derived + state;
+    block = realloc(block, *size);
+    state_copy_out(&sample->state, block + derived);
+    return block;
+}
+
 static void check_derived(CutLattice *cut)
 {
     size_t size, again_size;
@@ -467,9 +478,11 @@ static void check_derived(CutLattice *cut)
 // ---------------------------------------------------------------------------------------------
 // Random sequences
 
-// Asks for the leaves within a random distance of a random point.
-static void want_at_random(CutLattice *cut, uint64_t *seed)
+// Finds leaves within a random distance of a random point, `share` in 100 of them; returns how
+// many. leaf: [elements].
+static int find_at_random(const CutLattice *cut, uint64_t *seed, int share, int *leaf)
 {
+    int count = 0;
     double x[3];
     const double reach = random_between(seed, 0.0, 6.0);
     for (int d = 0; d < 3; d++)
@@ -481,9 +494,39 @@ static void want_at_random(CutLattice *cut, uint64_t *seed)
             const double from = fabs(cut->element[e].cell[d] + half - x[d]) - half;
             square += from > 0.0 ? from * from : 0.0;
         }
-        if (square <= reach * reach && cut_lattice_is_leaf(cut, e))
-            cut_lattice_want(cut, e);
+        if (square <= reach * reach && cut_lattice_is_leaf(cut, e) &&
+            random_below(seed, 100) < share)
+            leaf[count++] = e;
     }
+    return count;
+}
+
+static int count_divided(const CutLattice *cut)
+{
+    int divided = 0;
+    for (int e = cut->level_first[1]; e < cut->element_count; e++)
+        divided += cut->divided[e];
+    return divided;
+}
+
+// Divides leaves, and keeps in the list those that are leaves still though nothing is broken in
+// them: there was no room. Returns how many.
+static int divide_leaves(CutLattice *cut, int *leaf, int count)
+{
+    int left = 0, before = count_divided(cut);
+    const int divided = cut_lattice_divide(cut, leaf, count);
+    assert_int_equal(count_divided(cut), before + divided);
+    for (int k = 0; k < count; k++)
+        if (cut_lattice_is_leaf(cut, leaf[k]) && !cut_lattice_is_bitten(cut, leaf[k]))
+            leaf[left++] = leaf[k];
+    return left;
+}
+
+// In a body with room for all that there can be.
+static void divide_at_random(CutLattice *cut, uint64_t *seed, int share)
+{
+    FREED int *leaf = malloc((size_t)cut->element_count * sizeof *leaf);
+    assert_int_equal(divide_leaves(cut, leaf, find_at_random(cut, seed, share, leaf)), 0);
 }
 
 // Merges some of what can; returns how many.
@@ -562,11 +605,11 @@ static void live_at_random(CutSample *sample, int steps, bool cuts, uint64_t *se
         if (cuts && cut->removable && random_below(seed, 4) == 0)
             remove_at_random(sample, seed, &follower);
         if (random_below(seed, 3) > 0)
-            want_at_random(cut, seed);
+            divide_at_random(cut, seed, 1 + random_below(seed, 100));
+        if (random_below(seed, 2) == 0)
+            settle(sample, &follower);
         cut_lattice_reconstruct(cut);
         settle(sample, &follower);
-        if (random_below(seed, 6) == 0)
-            cut_lattice_withdraw(cut);
         met->merged += merge_at_random(cut, seed, 1 + random_below(seed, 100));
         settle(sample, &follower);
         meet(met, cut);
@@ -709,13 +752,12 @@ static void check_rest(CutLattice *cut, uint64_t *seed)
     FREED unsigned char *at_rest = malloc(elements);
     FREED int *ids = ids_of_leaves(cut);
     memcpy(at_rest, cut->divided, elements);
+    const int divided = count_divided(cut);
     for (int time = 0; time < 3; time++) {
-        for (int call = 0; call < 3; call++) {
-            want_at_random(cut, seed);
-            cut_lattice_reconstruct(cut);
+        for (int call = 0; call < 3 || (call < 50 && count_divided(cut) == divided); call++) {
+            divide_at_random(cut, seed, 100);
             cut_lattice_forget_changes(cut);
         }
-        cut_lattice_withdraw(cut);
         assert_int_equal(cut->wanted_count, 0);
         assert_memory_not_equal(at_rest, cut->divided, elements);
         if (time % 2 == 0)
@@ -738,7 +780,6 @@ TEST(the_coarsest_state_is_one)
             SCOPED(cut_sample_drop) CutSample sample;
             create(&sample, body_of((MergeKind)kind), round % 3, 1 + round % 3, false);
             CutLattice *cut = &sample.cut;
-            cut->split_budget = 1000000;
             cut_lattice_coarsen(cut);
             check_all(&sample);
             check_rest(cut, &seed);
@@ -756,8 +797,7 @@ TEST(the_coarsest_state_is_one)
             check_rest(cut, &seed);
             state_copy_in(&sample.state, uncut);
             assert_true(cut_lattice_derive(cut));
-            want_at_random(cut, &seed);
-            cut_lattice_reconstruct(cut);
+            divide_at_random(cut, &seed, 100);
             cut_lattice_break(cut, (const int(*)[2])face, count);
             cut_lattice_coarsen(cut);
             FREED int *again = ids_of_leaves(cut);
@@ -820,9 +860,7 @@ TEST(merging_joins_nothing_that_is_apart)
             create(&sample, lattice, round % 3, 1 + round % 3, false);
             cut_lattice_coarsen(&sample.cut);
             assert_int_equal(count_groups(&sample.cut), pieces);
-            sample.cut.split_budget = 1000;
-            want_at_random(&sample.cut, &seed);
-            cut_lattice_reconstruct(&sample.cut);
+            divide_at_random(&sample.cut, &seed, 100);
             cut_lattice_forget_changes(&sample.cut);
             assert_int_equal(count_groups(&sample.cut), pieces);
             apart += pieces > 1 && sample.cut.leaf_at_level[1] > 0;
@@ -987,11 +1025,11 @@ TEST(elements_may_be_leaves_where_they_say_what_their_cells_do)
 // ---------------------------------------------------------------------------------------------
 // Limits, and states that were brought back
 
-// Divisions that do not fit leave everything as it was, and stay wanted; merging makes room.
+// Divisions that do not fit leave everything as it was; merging makes room for them.
 TEST(rows_of_vertices_that_ended_are_used_again)
 {
     uint64_t seed = 37;
-    int refused = 0;
+    int refused = 0, found_room = 0;
     for (int round = 0; round < EFFORT(6); round++) {
         SCOPED(cut_sample_drop) CutSample sample;
         Lattice lattice = body_of(round % 2 == 0 ? MERGE_CUBE : MERGE_BALL);
@@ -1005,22 +1043,36 @@ TEST(rows_of_vertices_that_ended_are_used_again)
         cut_sample_build(&sample, capacity, 1000);
         CutLattice *cut = &sample.cut;
         Follower follower = follower_create(cut);
+        FREED int *leaf = malloc((size_t)cut->element_count * sizeof *leaf);
         for (int step = 0; step < 12; step++) {
-            want_at_random(cut, &seed);
-            cut_lattice_reconstruct(cut);
-            settle(&sample, &follower);
-            if (cut->wanted_count > 0 && cut_lattice_reconstruct(cut) == 0) {
-                refused++;
+            int count = find_at_random(cut, &seed, 100, leaf);
+            for (int before = -1; before != count_divided(cut);) { // it may free rows, too
+                before = count_divided(cut);
+                count = divide_leaves(cut, leaf, count);
                 settle(&sample, &follower);
             }
-            cut_lattice_withdraw(cut);
+            if (count > 0) {
+                refused++;
+                size_t size, again_size;
+                FREED unsigned char *block = whole_block(&sample, &size);
+                assert_int_equal(cut_lattice_divide(cut, leaf, count), 0);
+                FREED unsigned char *again = whole_block(&sample, &again_size);
+                assert_int_equal(size, again_size);
+                assert_memory_equal(block, again, size);
+            }
             merge_at_random(cut, &seed, 60);
+            settle(&sample, &follower);
+            int waiting = 0;
+            for (int k = 0; k < count; k++) // others are inside leaves now
+                waiting += cut_lattice_is_leaf(cut, leaf[k]);
+            found_room += waiting - divide_leaves(cut, leaf, count);
             settle(&sample, &follower);
             check_derived(cut);
         }
         follower_drop(&follower);
     }
-    assert_true(refused > 0);
+    print_message("%d times some had no room, %d of these found it later\n", refused, found_room);
+    assert_true(refused > 0 && found_room > 0);
 }
 
 // Merging whole elements needs no row, and makes room for those that need some.
@@ -1056,7 +1108,8 @@ static void go_on(CutSample *sample, uint64_t seed, int steps)
     for (int step = 0; step < steps; step++) {
         if (step % 3 == 2)
             cut_lattice_break(cut, (const int(*)[2])face, cut_sample_random(cut, &seed, face));
-        want_at_random(cut, &seed);
+        divide_at_random(cut, &seed, 100);
+        cut_lattice_forget_changes(cut);
         cut_lattice_reconstruct(cut);
         cut_lattice_forget_changes(cut);
         merge_at_random(cut, &seed, 20);
@@ -1064,17 +1117,17 @@ static void go_on(CutSample *sample, uint64_t seed, int steps)
     }
 }
 
-// Requests that wait are part of the state, and so is the order of free rows.
+// What waits to be divided follows from the state, and so does the order of free rows.
 TEST(adapting_state_that_was_brought_back_goes_on_alike)
 {
     for (int round = 0; round < EFFORT(4); round++) {
         SCOPED(cut_sample_drop) CutSample sample;
         create(&sample, body_of(round % 2 == 0 ? MERGE_BALL : MERGE_LOBES), 2, 2, false);
-        sample.cut.split_budget = 3;
+        sample.cut.split_budget = 1;
         cut_lattice_coarsen(&sample.cut);
         const size_t bytes = state_bytes(&sample.state);
         FREED void *middle = malloc(bytes);
-        go_on(&sample, 31 + (uint64_t)round, 5);
+        go_on(&sample, 31 + (uint64_t)round, 6);
         assert_true(sample.cut.wanted_count > 0);
         state_copy_out(&sample.state, middle);
         go_on(&sample, 41, 5);
