@@ -323,10 +323,6 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     state_add(state, lattice->vertex_count, sizeof *lattice->vertex_count, "%s/vertex_count", name);
     if (lattice->removable)
         state_add(state, lattice->anchor, vertices, "%s/anchors", name);
-    if (lattice->adapts) {
-        lattice->asked = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "asked divisions");
-        state_add(state, lattice->asked, elements, "%s/asked", name);
-    }
     // Derived from these.
     lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)leaf_rows(lattice, 0),
                                      sizeof *lattice->corner, "%s/%s", name, "corners");
@@ -574,10 +570,6 @@ static bool divisions_are_valid(const CutLattice *lattice)
         if (lattice->divided[e] > 1 || (lattice->divided[e] && !may))
             return false;
         if (lattice->divided[e] && element->parent >= 0 && !lattice->divided[element->parent])
-            return false;
-        if (lattice->adapts &&
-            (lattice->asked[e] > 1 || (lattice->asked[e] && (cut_parts_is_cell(lattice, e) ||
-                                                             !cut_lattice_is_leaf(lattice, e)))))
             return false;
     }
     for (int e = 0; e < lattice->element_count; e++) {

@@ -130,8 +130,6 @@ typedef struct CutLattice {
     signed char *anchor;    // [vertex_capacity] lowest slot of its part with a solid cell; 8 + its
                             // lowest slot: it has none; -1: all its elements are gone, or it is
                             // free. State where cells can go, else it follows from the id
-    unsigned char *asked;   // [element_count] a leaf that cut_lattice_want named; of a body that
-                            // adapts, else NULL
 
     // --- follows from it ---
     // Vertices of leaves, at cut_lattice_row: corners of those of level 0, and nodes of others; -1:
@@ -141,8 +139,9 @@ typedef struct CutLattice {
     int *leaf_row; // [element] -1: not a leaf. NULL: every element has a row
     bool *carried; // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
-    // Elements that must be divided, because a bit is broken in or on them, or a neighbour is two
-    // levels finer, or on request (cut_lattice_want): by level, the coarsest first, then by number.
+    // Elements that must be divided, because a bit is broken in or on them; in a body that adapts
+    // also because they may be no leaves, or are partly filled and a bit is broken beside them. By
+    // level, the coarsest first, then by number.
     int *wanted; // [wanted_count]
     int wanted_count;
 
@@ -286,12 +285,8 @@ int cut_lattice_reconstruct(CutLattice *lattice);
 void cut_lattice_forget_changes(CutLattice *lattice);
 
 // --- bodies that adapt ---
-// Puts a leaf of level 1 or more into `wanted`, once: cut_lattice_reconstruct divides it.
-void cut_lattice_want(CutLattice *lattice, int element);
 // True if a bit is broken in or on an element.
 bool cut_lattice_is_bitten(const CutLattice *lattice, int element);
-// Takes back all such requests.
-void cut_lattice_withdraw(CutLattice *lattice);
 // Divides leaves of level 1 or more, each with what must be divided before it, whatever the budget.
 // Returns how many were divided. Left are those that exceed the capacity, and those with a broken
 // face in them, whose division shows: cut_lattice_reconstruct's.

@@ -243,9 +243,10 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
     if (!lattice->adapts || parent->level == 0 || !parent->mergeable || !lattice->divided[element])
         return false;
     for (int c = parent->child; c < parent->child + __builtin_popcount(parent->children); c++)
-        if (lattice->divided[c] || scratch->is_wanted[c] || scratch->listed_element[c] & 2)
+        if (lattice->divided[c] || scratch->listed_element[c] & 2)
             return false;
-    // It has at most one vertex more at each of its corners in void.
+    // Where a child must be divided the element must be, too. It has at most one vertex more at
+    // each of its corners in void.
     return !cut_split_must(lattice, element) && !is_finer_around(lattice, element) &&
            (parent->whole || cut_parts_room(lattice) >= NODE_CORNERS) &&
            cut_parts_allow(lattice, parent->level, 1);

@@ -148,10 +148,9 @@ void cut_parts_list_lost(CutLattice *lattice, int vertex);
 
 // cut_split.c. Call it when the element's bits have changed: it may have to be divided.
 void cut_split_bite(CutLattice *lattice, int cell);
-// True if a leaf must be divided whatever is asked: something is broken in or near it, or it may be
-// no leaf at all.
+// True if a leaf must be divided: something is broken in or near it, or it may be no leaf at all.
 bool cut_split_must(const CutLattice *lattice, int element);
-// Adds the leaves that must be divided regardless of broken bits, and those that were asked for.
+// Adds the leaves that must be divided regardless of broken bits.
 void cut_split_find_others(CutLattice *lattice);
 // Sorts the elements added to `wanted` behind the first `sorted` into its order.
 void cut_split_sort(CutLattice *lattice, int sorted);

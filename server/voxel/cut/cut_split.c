@@ -82,37 +82,13 @@ void cut_split_bite(CutLattice *lattice, int cell)
 void cut_split_find_others(CutLattice *lattice)
 {
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
-        if (cut_lattice_is_leaf(lattice, e) &&
-            (lattice->asked[e] || !lattice->element[e].mergeable))
+        if (cut_lattice_is_leaf(lattice, e) && !lattice->element[e].mergeable)
             want(lattice, e);
-}
-
-void cut_lattice_want(CutLattice *lattice, int element)
-{
-    ASSERT(!cut_parts_is_cell(lattice, element) && cut_lattice_is_leaf(lattice, element));
-    const int sorted = lattice->wanted_count;
-    lattice->asked[element] = 1;
-    want(lattice, element);
-    cut_split_sort(lattice, sorted);
 }
 
 bool cut_lattice_is_bitten(const CutLattice *lattice, int element)
 {
     return lattice->scratch->bitten[element];
-}
-
-void cut_lattice_withdraw(CutLattice *lattice)
-{
-    int kept = 0;
-    for (int w = 0; w < lattice->wanted_count; w++) {
-        const int element = lattice->wanted[w];
-        const bool must = !lattice->asked[element] || cut_split_must(lattice, element);
-        lattice->asked[element] = 0;
-        lattice->scratch->is_wanted[element] = must;
-        if (must)
-            lattice->wanted[kept++] = element;
-    }
-    lattice->wanted_count = kept;
 }
 
 static void sift(const CutLattice *lattice, int *heap, int count, int at)
@@ -352,8 +328,6 @@ static void divide(CutLattice *lattice, int element)
     lattice->leaf_at_level[level]--;
     lattice->leaf_at_level[level - 1] += children;
     lattice->scratch->left_larger++;
-    if (lattice->adapts)
-        lattice->asked[element] = 0;
     // Children start with the nodes that they share with their parent.
     hand_down(lattice, element);
     cut_parts_list_element(lattice, element);
