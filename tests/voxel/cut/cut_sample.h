@@ -22,9 +22,47 @@ typedef struct CutSample {
     const FineRegion *fine;    // or NULL
 } CutSample;
 
-static inline long cut_sample_cells(const CutSample *sample)
+// What bodies that adapt are tried with.
+typedef enum MergeKind {
+    MERGE_CUBE,
+    MERGE_BALL,
+    MERGE_SHEET, // one cell thick, at an odd height
+    MERGE_TUBE,
+    MERGE_LOBES, // two, with a gap of one cell between them
+    MERGE_SHELF, // above a block, with void between them that belongs to its elements alone
+    MERGE_KINDS,
+} MergeKind;
+
+static inline int cut_sample_label(MergeKind kind, int i, int j, int k)
 {
-    return (long)sample->lattice.count[0] * sample->lattice.count[1] * sample->lattice.count[2];
+    const double y = j + 0.5 - 8.0, z = k + 0.5 - 8.0, r = sqrt(y * y + z * z);
+    switch (kind) {
+    case MERGE_SHEET:
+        return k == 1;
+    case MERGE_TUBE:
+        return r < 8.0 && r > 6.2;
+    case MERGE_LOBES:
+        return i != 6 || k < 3;
+    case MERGE_SHELF:
+        return k < 4 || k == 7;
+    default:
+        return 1;
+    }
+}
+
+static inline Lattice cut_sample_body(MergeKind kind)
+{
+    if (kind == MERGE_BALL)
+        return sample_ball(17);
+    Lattice lattice = kind == MERGE_CUBE    ? sample_void(16, 16, 16)
+                      : kind == MERGE_SHEET ? sample_void(19, 14, 3)
+                                            : sample_void(14, 16, 16);
+    for (int k = 0; k < lattice.count[2]; k++)
+        for (int j = 0; j < lattice.count[1]; j++)
+            for (int i = 0; i < lattice.count[0]; i++)
+                lattice.label[lattice_index(&lattice, i, j, k)] =
+                    (unsigned char)cut_sample_label(kind, i, j, k);
+    return lattice;
 }
 
 // True if the lattice could be created for the layout.
