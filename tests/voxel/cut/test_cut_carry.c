@@ -470,6 +470,18 @@ static int keep_leaves(const CutLattice *lattice, int *element, int count)
     return kept;
 }
 
+// Tries what waits again until nothing of it is divided any more. Returns how many still wait.
+static int divide_waiting(CutWorld *world, int *element, int waiting)
+{
+    const CutLattice *lattice = &world->cuts->lattice;
+    for (int leaves = -1; leaves != lattice->leaf_count;) {
+        leaves = lattice->leaf_count;
+        cut_world_divide(world, element, waiting);
+        waiting = keep_leaves(lattice, element, waiting);
+    }
+    return waiting;
+}
+
 // What does not fit waits, keeps nothing that is behind it waiting, and finds room when others have
 // merged. Rows, leaves and batches never exceed what there is: their owners assert that.
 TEST(what_does_not_fit_waits_until_others_have_merged)
@@ -487,19 +499,17 @@ TEST(what_does_not_fit_waits_until_others_have_merged)
     enum { EACH = 40 };
     FREED int *element = malloc(((size_t)lattice->element_count + EACH) * sizeof *element);
     int waiting = 0, refused = 0, divided = 0, found_room = 0;
-    for (int round = 0; round < EFFORT(40); round++) {
-        int count = waiting + cut_world_random_leaves(&world, &seed, EACH, element + waiting);
-        count = keep_leaves(lattice, element, count);
-        cut_world_divide(&world, element, count);
-        bool behind = false; // of one that had no room, another was divided
-        for (int k = 0, without = 0; k < count; k++) {
-            without += !lattice->divided[element[k]];
-            behind |= without > 0 && lattice->divided[element[k]];
-            found_room += k < waiting && lattice->divided[element[k]];
-        }
-        waiting = keep_leaves(lattice, element, count);
+    for (int round = 0; round < 40; round++) { // with a sixth of them none would be behind
+        // What waited before, then others behind what still has no room.
+        const int waited = waiting;
+        waiting = divide_waiting(&world, element, waiting);
+        found_room += waited - waiting;
+        const int leaves = lattice->leaf_count, still = waiting;
+        waiting += cut_world_random_leaves(&world, &seed, EACH, element + waiting);
+        cut_world_divide(&world, element, waiting);
+        divided += still > 0 && lattice->leaf_count > leaves;
+        waiting = keep_leaves(lattice, element, waiting);
         refused += waiting > 0;
-        divided += behind;
         assert_int_equal(lattice->wanted_count, 0); // nothing is broken
         assert_in_range(cut_lattice_used(lattice), 1, lattice->vertex_capacity);
         cut_world_check_masses(&world);
