@@ -2,8 +2,6 @@
 // Assembles chunked frames of node positions, rest positions and texture coordinates. One thread.
 #include "frames_parts.h"
 
-#include "wire.h"
-
 #include "pliant_nodes_t.h"
 #include "pliant_points_t.h"
 #include "pliant_rest_t.h"
@@ -50,108 +48,162 @@ bool frames_stale(int32_t sequence, int64_t utime, int32_t newest, int64_t newes
     return ahead < 0 && ahead >= -most && utime <= newest_utime;
 }
 
-// A chunk or a packet: nodes from `first` on, of one frame.
+// --- frames with a row for each node or square ---------------------------------------------------
+
+FramesResult frame_judge(const FrameHead *head, const FrameChunk *chunk)
+{
+    if (chunk->count > FRAMES_NODES_MAX || !range_inside(chunk->first, chunk->rows, chunk->count))
+        return FRAMES_REFUSED;
+    if (head->started &&
+        frames_stale(chunk->sequence, chunk->utime, head->sequence, head->utime, chunk->late))
+        return FRAMES_STALE;
+    if (frame_changes(head, chunk))
+        return nodes_paid(chunk->nodes, head->mesh_nodes) ? FRAMES_MORE : FRAMES_REFUSED;
+    const bool counted = chunk->chunk_count != 0 && head->chunk_count != 0;
+    if (chunk->count != head->count || chunk->topology != head->topology ||
+        chunk->alike != head->alike || (counted && chunk->chunk_count != head->chunk_count))
+        return FRAMES_REFUSED;
+    return head->whole ? FRAMES_STALE : FRAMES_MORE; // what is complete must not change
+}
+
+void frame_forget(FrameHead *head)
+{
+    free(head->array[0]);
+    free(head->array[1]);
+    free(head->parts.seen);
+    frames_claim(&head->held, 0);
+    *head =
+        (FrameHead){.lost = head->lost, .refused = head->refused, .mesh_nodes = head->mesh_nodes};
+}
+
+bool frame_resize(FrameHead *head, const FrameChunk *chunk, size_t marks)
+{
+    const size_t count = chunk->rows > 0 ? (size_t)chunk->count : 0;
+    frame_forget(head);
+    bool ok = frames_claim(&head->held, count * (chunk->size[0] + chunk->size[1] + marks));
+    for (int k = 0; k < 2 && ok && count * chunk->size[k] > 0; k++) {
+        head->array[k] = frames_allocate(count, chunk->size[k]);
+        ok = head->array[k] != NULL;
+    }
+    return ok;
+}
+
+bool frame_begin(FrameHead *head, const FrameChunk *chunk)
+{
+    head->utime = chunk->utime;
+    head->sequence = chunk->sequence;
+    head->topology = chunk->topology;
+    head->chunk_count = chunk->chunk_count;
+    head->count = chunk->count;
+    head->alike = chunk->alike;
+    head->started = true;
+    head->whole = false;
+    return parts_begin(&head->parts, chunk->rows > 0 ? chunk->count : 0);
+}
+
+FramesResult frame_take(FrameHead *head, const FrameChunk *chunk)
+{
+    const FramesResult judged = frame_judge(head, chunk);
+    if (judged != FRAMES_MORE)
+        return judged;
+    if (frame_changes(head, chunk)) {
+        // Given up for a newer one, if it was not whole.
+        head->lost += head->started && !head->whole;
+        if (!frame_resize(head, chunk, 1) || !frame_begin(head, chunk)) {
+            frame_forget(head);
+            return FRAMES_REFUSED;
+        }
+    }
+    // Copy what it has, wherever it belongs.
+    for (int k = 0; k < 2 && chunk->rows > 0; k++) {
+        const size_t size = chunk->size[k];
+        if (chunk->from[k])
+            memcpy((char *)head->array[k] + size * (size_t)chunk->first, chunk->from[k],
+                   size * (size_t)chunk->rows);
+    }
+    parts_mark(&head->parts, chunk->first, chunk->rows);
+    head->whole = parts_whole(&head->parts);
+    return head->whole ? FRAMES_WHOLE : FRAMES_MORE;
+}
+
+// --- positions -----------------------------------------------------------------------------------
+
+// A chunk or a packet: nodes from `first` on, of one frame; `alike` is its step.
 typedef struct NodesPart {
-    int64_t utime, step;
+    FrameChunk chunk;
     double time;
-    int32_t sequence, topology, node_count, first, count;
-    int32_t chunk_count; // 0: a packet
     const float *position;
 } NodesPart;
 
-static bool nodes_valid(const pliant_nodes_t *chunk)
-{
-    return chunk->node_count >= 1 && chunk->node_count <= FRAMES_NODES_MAX && chunk->chunk >= 0 &&
-           chunk->chunk < chunk->chunk_count && chunk->chunk_count <= chunk->node_count &&
-           chunk->num_values >= 3 && chunk->num_values % 3 == 0 &&
-           range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
-}
+#define NODES_SAY(message, number)                                                                 \
+    .utime = (message)->utime, .sequence = (message)->sequence, .topology = (message)->topology,   \
+    .count = (message)->node_count, .nodes = (message)->node_count, .first = (message)->first,     \
+    .rows = (number), .alike = (message)->step, .late = STALE_FRAMES,                              \
+    .size = {3 * sizeof(float), sizeof(int32_t)}
 
 enum { LOST_MOST = 1 << 16 };
-
-// Forgets the nodes and takes memory for others; the counts stay.
-static bool nodes_resize(NodesFrame *frame, int count)
-{
-    const NodesFrame old = *frame;
-    const size_t nodes = (size_t)count;
-    nodes_frame_destroy(frame);
-    *frame = (NodesFrame){.lost = old.lost, .refused = old.refused, .mesh_nodes = old.mesh_nodes};
-    if (!frames_claim(&frame->held, nodes * (3 * sizeof(float) + sizeof(int32_t) + 2)))
-        return false;
-    frame->position = frames_allocate(3 * nodes, sizeof(float));
-    frame->frame = frames_allocate(nodes, sizeof(int32_t));
-    return frame->position && frame->frame;
-}
 
 // False if there is no memory: the frame is empty then.
 static bool nodes_begin(NodesFrame *frame, const NodesPart *part)
 {
+    FrameHead *head = &frame->head;
+    const FrameChunk *chunk = &part->chunk;
     // Count missing frames too; after a longer silence the daemon is another one.
-    int32_t ahead = (int32_t)((uint32_t)part->sequence - (uint32_t)frame->sequence);
-    if (frame->started)
-        frame->lost += !frame->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
+    int32_t ahead = (int32_t)((uint32_t)chunk->sequence - (uint32_t)head->sequence);
+    if (head->started)
+        head->lost += !head->whole + (ahead > 1 && ahead <= LOST_MOST ? ahead - 1 : 0);
     // Memory only when the size changes. Another mesh, or another daemon: what was known is of
     // other nodes.
-    bool resized = !frame->position || frame->node_count != part->node_count;
-    bool other = resized || frame->topology != part->topology || ahead <= 0 || ahead > LOST_MOST;
-    if ((resized && !nodes_resize(frame, part->node_count)) ||
-        (other && !parts_begin(&frame->known, part->node_count)) ||
-        !parts_begin(&frame->nodes, part->node_count)) {
-        nodes_resize(frame, 0);
+    bool resized = !head->array[0] || head->count != chunk->count;
+    bool other = resized || head->topology != chunk->topology || ahead <= 0 || ahead > LOST_MOST;
+    if ((resized && !frame_resize(head, chunk, 2)) ||
+        (other && !parts_begin(&frame->known, chunk->count)) || !frame_begin(head, chunk)) {
+        frame_forget(head);
+        free(frame->known.seen);
+        *frame = (NodesFrame){.head = *head};
         return false;
     }
-    // What all its parts must say alike.
-    frame->utime = part->utime;
-    frame->step = part->step;
+    frame->step = chunk->alike;
     frame->time = part->time;
-    frame->sequence = part->sequence;
-    frame->topology = part->topology;
-    frame->chunk_count = 0;
-    frame->node_count = part->node_count;
-    frame->started = true;
-    frame->whole = frame->ready = false;
+    frame->position = head->array[0];
+    frame->frame = head->array[1];
+    frame->ready = false;
     return true;
 }
 
 // Copies the nodes that the frame does not have yet, or all.
 static void nodes_copy(NodesFrame *frame, const NodesPart *part, bool all)
 {
-    for (int k = 0; k < part->count; k++) {
-        int i = part->first + k;
-        if (!all && frame->nodes.seen[i])
+    const FrameChunk *chunk = &part->chunk;
+    for (int k = 0; k < chunk->rows; k++) {
+        int i = chunk->first + k;
+        if (!all && frame->head.parts.seen[i])
             continue;
         memcpy(frame->position + 3 * (size_t)i, part->position + 3 * (size_t)k, 3 * sizeof(float));
-        frame->frame[i] = part->sequence;
+        frame->frame[i] = chunk->sequence;
     }
-    parts_mark(&frame->nodes, part->first, part->count);
-    parts_mark(&frame->known, part->first, part->count);
+    parts_mark(&frame->head.parts, chunk->first, chunk->rows);
+    parts_mark(&frame->known, chunk->first, chunk->rows);
 }
 
 static FramesResult nodes_take(NodesFrame *frame, const NodesPart *part)
 {
-    const bool packet = part->chunk_count == 0;
-    if (frame->started &&
-        frames_stale(part->sequence, part->utime, frame->sequence, frame->utime, STALE_FRAMES))
-        return FRAMES_STALE;
-    // The first part of another frame, or one more of this.
-    if (!frame->started || part->sequence != frame->sequence) {
-        if (!nodes_paid(part->node_count, frame->mesh_nodes) || !nodes_begin(frame, part))
-            return FRAMES_REFUSED;
-    } else if (part->node_count != frame->node_count || part->topology != frame->topology ||
-               part->step != frame->step ||
-               (!packet && frame->chunk_count != 0 && part->chunk_count != frame->chunk_count)) {
+    FrameHead *head = &frame->head;
+    const FrameChunk *chunk = &part->chunk;
+    const bool packet = chunk->chunk_count == 0;
+    const FramesResult judged = frame_judge(head, chunk);
+    if (judged != FRAMES_MORE)
+        return judged;
+    if (frame_changes(head, chunk) && !nodes_begin(frame, part))
         return FRAMES_REFUSED;
-    } else if (frame->whole) {
-        return FRAMES_STALE; // a repeated part must not change a completed frame
-    }
     if (!packet)
-        frame->chunk_count = part->chunk_count;
+        head->chunk_count = chunk->chunk_count;
     nodes_copy(frame, part, !packet);
-    frame->whole = parts_whole(&frame->nodes);
+    head->whole = parts_whole(&head->parts);
     // The last packet ends a frame whether or not all have come.
-    bool last = packet && part->first + part->count == part->node_count;
-    frame->ready |= frame->whole || (last && parts_whole(&frame->known));
-    if (frame->whole)
+    bool last = packet && chunk->first + chunk->rows == chunk->count;
+    frame->ready |= head->whole || (last && parts_whole(&frame->known));
+    if (head->whole)
         return FRAMES_WHOLE;
     return last && frame->ready ? FRAMES_PATCHED : FRAMES_MORE;
 }
@@ -163,17 +215,12 @@ static FramesResult nodes_take_chunk(NodesFrame *frame, const void *data, size_t
     if (pliant_nodes_t_decode(data, 0, (int)size, &chunk) < 0)
         return result;
     // What contradicts itself is refused.
-    if (nodes_valid(&chunk)) {
-        const NodesPart part = {.utime = chunk.utime,
-                                .step = chunk.step,
-                                .time = chunk.time,
-                                .sequence = chunk.sequence,
-                                .topology = chunk.topology,
-                                .node_count = chunk.node_count,
-                                .first = chunk.first,
-                                .count = chunk.num_values / 3,
-                                .chunk_count = chunk.chunk_count,
-                                .position = chunk.position};
+    if (chunk_is_one_of(chunk.chunk, chunk.chunk_count, chunk.node_count) &&
+        chunk.num_values >= 3 && chunk.num_values % 3 == 0) {
+        const NodesPart part = {
+            .chunk = {NODES_SAY(&chunk, chunk.num_values / 3), .chunk_count = chunk.chunk_count},
+            .time = chunk.time,
+            .position = chunk.position};
         result = nodes_take(frame, &part);
     }
     pliant_nodes_t_decode_cleanup(&chunk);
@@ -234,19 +281,10 @@ static FramesResult nodes_take_packet(NodesFrame *frame, const void *data, size_
     if (pliant_points_t_decode(data, 0, (int)size, &packet) < 0)
         return result;
     // What contradicts itself is refused before any of it is used.
-    if (packet.node_count >= 1 && packet.node_count <= FRAMES_NODES_MAX && packet.count >= 1 &&
-        packet.count <= PACKET_NODES &&
-        range_inside(packet.first, packet.count, packet.node_count) && packet.grid > 0.0f &&
+    if (packet.count >= 1 && packet.count <= PACKET_NODES && packet.grid > 0.0f &&
         points_read(&packet, position)) {
-        const NodesPart part = {.utime = packet.utime,
-                                .step = packet.step,
-                                .time = packet.time,
-                                .sequence = packet.sequence,
-                                .topology = packet.topology,
-                                .node_count = packet.node_count,
-                                .first = packet.first,
-                                .count = packet.count,
-                                .position = position};
+        const NodesPart part = {
+            .chunk = {NODES_SAY(&packet, packet.count)}, .time = packet.time, .position = position};
         result = nodes_take(frame, &part);
     }
     pliant_points_t_decode_cleanup(&packet);
@@ -260,113 +298,39 @@ FramesResult nodes_frame_add(NodesFrame *frame, const void *data, size_t size)
         result = nodes_take_chunk(frame, data, size);
     else if (wire_check(&WIRE_POINTS, data, size))
         result = nodes_take_packet(frame, data, size);
-    frame->refused += result == FRAMES_REFUSED;
+    frame->head.refused += result == FRAMES_REFUSED;
     return result;
 }
 
 void nodes_frame_destroy(NodesFrame *frame)
 {
-    free(frame->position);
-    free(frame->frame);
-    free(frame->nodes.seen);
+    frame_forget(&frame->head);
     free(frame->known.seen);
-    frames_claim(&frame->held, 0);
     *frame = (NodesFrame){0};
 }
 
 // --- rest positions ------------------------------------------------------------------------------
 
-static bool rest_valid(const pliant_rest_t *chunk)
-{
-    return chunk->node_count >= 1 && chunk->node_count <= FRAMES_NODES_MAX && chunk->chunk >= 0 &&
-           chunk->chunk < chunk->chunk_count && chunk->chunk_count <= chunk->node_count &&
-           chunk->num_values >= 3 && chunk->num_values % 3 == 0 &&
-           (chunk->num_coordinates == 0 ||
-            3 * (int64_t)chunk->num_coordinates == 2 * (int64_t)chunk->num_values) &&
-           range_inside(chunk->first, chunk->num_values / 3, chunk->node_count);
-}
-
-// Takes memory for a message, zeroed: nodes without texture have zeros. False if there is none.
-static bool rest_allocate(RestFrame *frame, int count)
-{
-    const RestFrame old = *frame;
-    const size_t nodes = (size_t)count;
-    rest_frame_destroy(frame);
-    *frame = (RestFrame){.lost = old.lost, .refused = old.refused, .mesh_nodes = old.mesh_nodes};
-    if (!frames_claim(&frame->held, nodes * (5 * sizeof(float) + 1)))
-        return false;
-    frame->position = frames_allocate(3 * nodes, sizeof(float));
-    frame->texture = frames_allocate(2 * nodes, sizeof(float));
-    return frame->position && frame->texture && parts_begin(&frame->nodes, count);
-}
-
-static bool rest_begin(RestFrame *frame, const pliant_rest_t *chunk)
-{
-    // Given up for a newer one, if it was not whole.
-    frame->lost += frame->started && !frame->whole;
-    if (!rest_allocate(frame, chunk->node_count)) {
-        rest_allocate(frame, 0);
-        return false;
-    }
-    frame->utime = chunk->utime;
-    frame->sequence = chunk->sequence;
-    frame->topology = chunk->topology;
-    frame->chunk_count = chunk->chunk_count;
-    frame->node_count = chunk->node_count;
-    frame->textured = chunk->num_coordinates > 0;
-    frame->started = true;
-    frame->whole = false;
-    return true;
-}
-
 static FramesResult rest_take(RestFrame *frame, const pliant_rest_t *chunk)
 {
-    // What contradicts itself or is old is refused.
-    if (!rest_valid(chunk))
+    const bool textured = chunk->num_coordinates > 0;
+    const FrameChunk from = {CHUNK_SAYS(chunk, node_count),
+                             .rows = chunk->num_values / 3,
+                             .alike = textured,
+                             .nodes = chunk->node_count,
+                             .from = {chunk->position, textured ? chunk->texture : NULL},
+                             .size = {3 * sizeof(float), 2 * sizeof(float)}};
+    // What contradicts itself is refused.
+    if (!chunk_is_one_of(chunk->chunk, chunk->chunk_count, chunk->node_count) ||
+        chunk->num_values < 3 || chunk->num_values % 3 != 0 ||
+        (chunk->num_coordinates != 0 &&
+         3 * (int64_t)chunk->num_coordinates != 2 * (int64_t)chunk->num_values))
         return FRAMES_REFUSED;
-    if (frame->started &&
-        frames_stale(chunk->sequence, chunk->utime, frame->sequence, frame->utime, STALE_MESHES))
-        return FRAMES_STALE;
-    // The first chunk of another message, or one more of this.
-    if (!frame->started || chunk->sequence != frame->sequence) {
-        if (!nodes_paid(chunk->node_count, frame->mesh_nodes) || !rest_begin(frame, chunk))
-            return FRAMES_REFUSED;
-    } else if (chunk->node_count != frame->node_count || chunk->topology != frame->topology ||
-               chunk->chunk_count != frame->chunk_count ||
-               (chunk->num_coordinates > 0) != frame->textured) {
-        return FRAMES_REFUSED;
-    } else if (frame->whole) {
-        return FRAMES_STALE; // a repeated chunk must not change completed data
-    }
-    // Copy what it has, wherever it belongs.
-    memcpy(frame->position + 3 * (size_t)chunk->first, chunk->position,
-           sizeof(float) * (size_t)chunk->num_values);
-    if (frame->textured)
-        memcpy(frame->texture + 2 * (size_t)chunk->first, chunk->texture,
-               sizeof(float) * (size_t)chunk->num_coordinates);
-    parts_mark(&frame->nodes, chunk->first, chunk->num_values / 3);
-    frame->whole = parts_whole(&frame->nodes);
-    return frame->whole ? FRAMES_WHOLE : FRAMES_MORE;
-}
-
-FramesResult rest_frame_add(RestFrame *frame, const void *data, size_t size)
-{
-    pliant_rest_t chunk;
-    FramesResult result = FRAMES_REFUSED;
-    if (wire_check(&WIRE_REST, data, size) &&
-        pliant_rest_t_decode(data, 0, (int)size, &chunk) >= 0) {
-        result = rest_take(frame, &chunk);
-        pliant_rest_t_decode_cleanup(&chunk);
-    }
-    frame->refused += result == FRAMES_REFUSED;
+    const FramesResult result = frame_take(&frame->head, &from);
+    frame->position = frame->head.array[0];
+    frame->texture = frame->head.array[1];
+    frame->textured = frame->head.alike;
     return result;
 }
 
-void rest_frame_destroy(RestFrame *frame)
-{
-    free(frame->position);
-    free(frame->texture);
-    free(frame->nodes.seen);
-    frames_claim(&frame->held, 0);
-    *frame = (RestFrame){0};
-}
+FRAME_FUNCTIONS(rest, RestFrame, WIRE_REST, rest_take)

@@ -39,97 +39,66 @@ typedef struct FramesParts {
     int count, arrived;
 } FramesParts;
 
-// Node positions of one body, from chunks (nodes_t), from packets (points_t), or from both.
-typedef struct NodesFrame {
-    // of the frame being assembled, or of the last complete one
+// Which message a frame is of, and its memory: the same for all that has a row for each node, or
+// for each square, of a body.
+typedef struct FrameHead {
+    // of the message being assembled, or of the last complete one
     int64_t utime; // of the server [us]
-    int64_t step;
-    double time; // simulated [s]
     int32_t sequence, topology, chunk_count;
-    int node_count;
-    float *position; // [3 node_count], world frame [m]
-    int32_t *frame; // [node_count] sequence of the frame that each position is of; valid if `ready`
+    int count;      // of rows: nodes, or squares
+    int64_t alike;  // what else its chunks must say alike
     int mesh_nodes; // set by the owner: MeshFrame.most_nodes of the body
     // bookkeeping
     bool started, whole;
-    bool ready;        // whole, or patched: all positions are of this topology
-    FramesParts nodes; // of this frame
-    FramesParts known; // of this topology
+    void *array[2];    // [count] each, owned; the frame has their names
+    FramesParts parts; // rows
     size_t held;       // of the budget [bytes]
-    int64_t lost;      // frames that were not whole when a newer one came, or of which nothing did
+    int64_t lost;      // messages given up for a newer one
     int64_t refused;   // chunks
+} FrameHead;
+
+// Node positions of one body, from chunks (nodes_t), from packets (points_t), or from both.
+typedef struct NodesFrame {
+    FrameHead head; // `lost` counts those of which nothing came, too
+    int64_t step;
+    double time;       // simulated [s]
+    float *position;   // [3 count], world frame [m]
+    int32_t *frame;    // [count] sequence of the frame that each position is of; valid if `ready`
+    bool ready;        // whole, or patched: all positions are of this topology
+    FramesParts known; // of this topology
 } NodesFrame;
 
 // Rest positions of one body, and its texture coordinates if it has any.
 typedef struct RestFrame {
-    // of the message being assembled, or of the last complete one
-    int64_t utime; // of the server [us]
-    int32_t sequence, topology, chunk_count;
-    int node_count;
-    float *position; // [3 node_count], world frame [m]
+    FrameHead head;
+    float *position; // [3 count], world frame [m]
     bool textured;
-    float *texture; // [2 node_count] u v, zero unless textured
-    int mesh_nodes; // as in NodesFrame
-    // bookkeeping
-    bool started, whole;
-    FramesParts nodes;
-    size_t held;     // of the budget [bytes]
-    int64_t lost;    // messages given up for a newer one
-    int64_t refused; // chunks
+    float *texture; // [2 count] u v, zero unless textured
 } RestFrame;
 
 // Colours of one body (look_t).
 enum { LOOK_TEXTURE_MAX = 256 };
 typedef struct LookFrame {
-    // of the message being assembled, or of the last complete one
-    int64_t utime; // of the server [us]
-    int32_t sequence, topology, chunk_count;
-    int node_count;
+    FrameHead head;
     unsigned char color[3], wall[3]; // of the body: outside, and of walls of cuts
     char texture[LOOK_TEXTURE_MAX];
     bool varies;                     // nodes have colours of their own
-    unsigned char *outside, *inside; // [3 node_count] if it varies
-    int mesh_nodes;                  // as in NodesFrame
-    // bookkeeping
-    bool started, whole;
-    FramesParts nodes;
-    size_t held;     // of the budget [bytes]
-    int64_t lost;    // messages given up for a newer one
-    int64_t refused; // chunks
+    unsigned char *outside, *inside; // [3 count] if it varies
 } LookFrame;
 
 // Where the error of one body is (error_map_t).
 typedef struct ErrorMapFrame {
-    // of the message being assembled, or of the last complete one
-    int64_t utime; // of the server [us]
-    int32_t sequence, topology, chunk_count;
-    int node_count;
-    unsigned char *share; // [node_count] around each node, 0 to 255 of the largest
-    int mesh_nodes;       // as in NodesFrame
-    // bookkeeping
-    bool started, whole;
-    FramesParts nodes;
-    size_t held;     // of the budget [bytes]
-    int64_t lost;    // messages given up for a newer one
-    int64_t refused; // chunks
+    FrameHead head;
+    unsigned char *share; // [count] around each node, 0 to 255 of the largest
 } ErrorMapFrame;
 
 // The elements at the surface of one body (elements_t).
 typedef struct ElementsFrame {
-    // of the message being assembled, or of the last complete one
-    int64_t utime; // of the server [us]
-    int32_t sequence, topology, chunk_count;
-    int square_count, level_count;
+    FrameHead head;
+    int level_count;
     int32_t at_level[FRAMES_LEVELS_MAX]; // elements of the whole body
-    unsigned char *level;                // [square_count]
-    int16_t *tag;                        // [square_count]
-    int mesh_nodes;                      // as in NodesFrame
-    // bookkeeping
-    bool started, whole;
-    FramesParts squares;
-    size_t held;     // of the budget [bytes]
-    int64_t lost;    // messages given up for a newer one
-    int64_t refused; // chunks
+    unsigned char *level;                // [count]
+    int16_t *tag;                        // [count]
 } ElementsFrame;
 
 // The mesh or delta being assembled: rows in the order of their arrival, so that memory follows

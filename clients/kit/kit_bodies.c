@@ -39,8 +39,8 @@ static unsigned char *colours_of(const MeshFrame *mesh, const LookFrame *look,
                                  const KitMesh *before, const unsigned char *had)
 {
     const size_t values = 3 * (size_t)mesh->node_count;
-    const bool fits = look->whole && look->varies && look->topology == mesh->topology &&
-                      look->node_count == mesh->node_count;
+    const bool fits = look->head.whole && look->varies && look->head.topology == mesh->topology &&
+                      look->head.count == mesh->node_count;
     unsigned char *colour = malloc(values + 1);
     if (!colour)
         abort(); // the sizes are bounded: the machine itself is out of memory
@@ -55,11 +55,12 @@ static unsigned char *colours_of(const MeshFrame *mesh, const LookFrame *look,
 // True if the copy has these colours.
 static bool look_is(const KitMesh *mesh, const LookFrame *look)
 {
-    if (!look->whole)
+    if (!look->head.whole)
         return true;
     if (!mesh->color)
         return false;
-    if (look->varies && (look->topology != mesh->topology || look->node_count != mesh->node_count))
+    if (look->varies &&
+        (look->head.topology != mesh->topology || look->head.count != mesh->node_count))
         return true; // of another mesh
     for (int i = 0; i < mesh->node_count; i++) {
         const long at = 3L * i;
@@ -73,7 +74,7 @@ static bool look_is(const KitMesh *mesh, const LookFrame *look)
 // Returns a copy of the mesh, which is the caller's. `before`: NULL, or the one that it replaces.
 static KitMesh *mesh_copy(const MeshFrame *from, const LookFrame *look, const KitMesh *before)
 {
-    const bool coloured = look->whole || (before && before->color);
+    const bool coloured = look->head.whole || (before && before->color);
 #define COPY_COLUMN(name, ...) .name = kit_copy(from->name, COLUMN_BYTES(from, __VA_ARGS__)),
     return kit_mesh_create(
         &(const KitMesh){.topology = from->topology,
@@ -95,8 +96,8 @@ static void frame_try(PliantClient *kit, KitBody *body)
     const MeshFrame *mesh = &body->mesh;
     if (!nodes->ready || !body->waiting)
         return;
-    if (!mesh->whole || mesh->topology != nodes->topology ||
-        mesh->node_count != nodes->node_count) {
+    if (!mesh->whole || mesh->topology != nodes->head.topology ||
+        mesh->node_count != nodes->head.count) {
         kit->wants_mesh = true;
         return;
     }
@@ -107,18 +108,18 @@ static void frame_try(PliantClient *kit, KitBody *body)
         kit_mesh_release(before);
     }
     body->renewed = false;
-    float *position = kit_copy(nodes->position, 3 * (size_t)nodes->node_count * sizeof *position);
+    float *position = kit_copy(nodes->position, 3 * (size_t)nodes->head.count * sizeof *position);
     pliant_body_release(body->newest);
-    body->newest =
-        kit_frame_create(&(const PliantBody){.name = body->name,
-                                             .count = ++body->count,
-                                             .step = nodes->step,
-                                             .time = nodes->time,
-                                             .utime = nodes->utime,
-                                             .position = position,
-                                             .first_wall = body->first_wall,
-                                             .old_nodes = nodes->node_count - nodes->nodes.arrived},
-                         body->shared);
+    body->newest = kit_frame_create(
+        &(const PliantBody){.name = body->name,
+                            .count = ++body->count,
+                            .step = nodes->step,
+                            .time = nodes->time,
+                            .utime = nodes->head.utime,
+                            .position = position,
+                            .first_wall = body->first_wall,
+                            .old_nodes = nodes->head.count - nodes->head.parts.arrived},
+        body->shared);
     body->waiting = false;
     kit->news++;
 }
@@ -152,7 +153,7 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
     KitBody *body = add(kit, client_nodes_body(&kit->client, channel));
     if (!body)
         return;
-    body->nodes.mesh_nodes = body->mesh.most_nodes;
+    body->nodes.head.mesh_nodes = body->mesh.most_nodes;
     const FramesResult result = nodes_frame_add(&body->nodes, buffer->data, buffer->data_size);
     if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;
@@ -191,7 +192,7 @@ static void on_look(const lcm_recv_buf_t *buffer, const char *channel, void *use
     KitBody *body = add(kit, client_body_of(&kit->client, "LOOK", channel));
     if (!body)
         return;
-    body->look.mesh_nodes = body->mesh.most_nodes;
+    body->look.head.mesh_nodes = body->mesh.most_nodes;
     // The next frame has them.
     if (look_frame_add(&body->look, buffer->data, buffer->data_size) == FRAMES_WHOLE)
         body->renewed = true;

@@ -225,17 +225,17 @@ static void push_look(Intake *intake, IntakeBody *body)
 {
     const LookFrame *look = &body->look;
     const MeshFrame *mesh = &body->mesh;
-    if (!intake->open || body->file_index < 0 || !look->whole ||
-        (look->varies && (!mesh->whole || mesh->topology != look->topology ||
-                          mesh->node_count != look->node_count)))
+    if (!intake->open || body->file_index < 0 || !look->head.whole ||
+        (look->varies && (!mesh->whole || mesh->topology != look->head.topology ||
+                          mesh->node_count != look->head.count)))
         return;
-    const int nodes = look->varies ? look->node_count : 0;
+    const int nodes = look->varies ? look->head.count : 0;
     unsigned char own[RECORDING_COLOURS];
     memcpy(own, look->color, 3);
     memcpy(own + 3, look->wall, 3);
     make_colour_room(body, nodes);
     const RecordingLook rows =
-        recording_colours_take(&body->colours, look->topology, own, nodes, mesh->id,
+        recording_colours_take(&body->colours, look->head.topology, own, nodes, mesh->id,
                                (const unsigned char(*)[3])(const void *)look->outside,
                                (const unsigned char(*)[3])(const void *)look->inside);
     if (rows.count > 0 &&
@@ -250,7 +250,7 @@ static void take_look(Intake *intake, IntakeBody *body, const void *data, size_t
 {
     if (intake->options.survey_only)
         return;
-    body->look.mesh_nodes = body->mesh.most_nodes;
+    body->look.head.mesh_nodes = body->mesh.most_nodes;
     if (look_frame_add(&body->look, data, size) == FRAMES_WHOLE)
         push_look(intake, body);
 }
@@ -330,8 +330,8 @@ static void take_frame(Intake *intake, IntakeBody *body)
     body->time = nodes->time;
     const RecordingFrame frame = {.step = nodes->step,
                                   .time = nodes->time,
-                                  .topology = nodes->topology,
-                                  .node_count = nodes->node_count,
+                                  .topology = nodes->head.topology,
+                                  .node_count = nodes->head.count,
                                   .position = nodes->position};
     // Straight to the file if nothing waits before it.
     if (intake->open && body->file_index >= 0 && !body->waiting.first && fits(body, &frame)) {
@@ -347,13 +347,14 @@ static void take_frame(Intake *intake, IntakeBody *body)
 
 static int64_t refused(const IntakeBody *body)
 {
-    return body->nodes.refused + body->mesh.refused + body->mesh_refused + body->look.refused;
+    return body->nodes.head.refused + body->mesh.refused + body->mesh_refused +
+           body->look.head.refused;
 }
 
 static void forget(IntakeBody *body)
 {
     waiting_drop(&body->waiting);
-    body->mesh_refused += body->mesh.refused + body->look.refused;
+    body->mesh_refused += body->mesh.refused + body->look.head.refused;
     mesh_frame_destroy(&body->mesh);
     look_frame_destroy(&body->look);
     body->mapped = body->any = body->taken = false;
@@ -379,7 +380,7 @@ static void restart(Intake *intake)
 
 static int32_t frames_ahead(const IntakeBody *body)
 {
-    return (int32_t)((uint32_t)body->nodes.sequence - (uint32_t)body->sequence);
+    return (int32_t)((uint32_t)body->nodes.head.sequence - (uint32_t)body->sequence);
 }
 
 static bool is_another_run(const IntakeBody *body)
@@ -395,7 +396,7 @@ static void take_nodes(Intake *intake, int index, const void *data, size_t size)
     intake->survey.body[index].seen = true;
     if (intake->options.survey_only)
         return;
-    body->nodes.mesh_nodes = body->mesh.most_nodes;
+    body->nodes.head.mesh_nodes = body->mesh.most_nodes;
     if (nodes_frame_add(&body->nodes, data, size) != FRAMES_WHOLE)
         return;
     // Steps that go back mean another daemon.
@@ -408,7 +409,7 @@ static void take_nodes(Intake *intake, int index, const void *data, size_t size)
         body->counts.lost += frames_ahead(body) - 1;
     bool repeated = body->any && nodes->step == body->step; // a paused daemon may repeat it
     body->any = true;
-    body->sequence = nodes->sequence;
+    body->sequence = nodes->head.sequence;
     body->step = nodes->step;
     if (!repeated)
         take_frame(intake, body);

@@ -78,11 +78,11 @@ Parcel *parcel_mesh(int body, const MeshFrame *mesh, int first_wall)
 
 Parcel *parcel_nodes(int body, const NodesFrame *nodes)
 {
-    const double times[3] = {nodes->time, (double)nodes->step, (double)nodes->utime};
-    size_t n = (size_t)nodes->node_count;
+    const double times[3] = {nodes->time, (double)nodes->step, (double)nodes->head.utime};
+    size_t n = (size_t)nodes->head.count;
     Parcel *parcel = make(false, 16 + sizeof times + 12 * n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_NODES, body, nodes->topology, nodes->node_count, 0, 0);
+    put_header(&at, KIND_NODES, body, nodes->head.topology, nodes->head.count, 0, 0);
     put(&at, times, 3, sizeof *times);
     put(&at, nodes->position, 3 * n, sizeof *nodes->position);
     return parcel;
@@ -90,10 +90,10 @@ Parcel *parcel_nodes(int body, const NodesFrame *nodes)
 
 Parcel *parcel_rest(int body, const RestFrame *rest)
 {
-    size_t n = (size_t)rest->node_count;
+    size_t n = (size_t)rest->head.count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + (rest->textured ? 20 : 12) * n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_REST, body, rest->topology, rest->node_count, rest->textured, 0);
+    put_header(&at, KIND_REST, body, rest->head.topology, rest->head.count, rest->textured, 0);
     put(&at, rest->position, 3 * n, sizeof *rest->position);
     put(&at, rest->texture, rest->textured ? 2 * n : 0, sizeof *rest->texture);
     return parcel;
@@ -101,11 +101,11 @@ Parcel *parcel_rest(int body, const RestFrame *rest)
 
 Parcel *parcel_look(int body, const LookFrame *look)
 {
-    const size_t values = look->varies ? 3 * (size_t)look->node_count : 0;
+    const size_t values = look->varies ? 3 * (size_t)look->head.count : 0;
     const size_t name = strlen(look->texture);
     Parcel *parcel = make(false, 4 * HEADER_WORDS + 6 + 2 * values + name);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_LOOK, body, look->topology, look->node_count, look->varies,
+    put_header(&at, KIND_LOOK, body, look->head.topology, look->head.count, look->varies,
                (uint32_t)name);
     put(&at, look->color, sizeof look->color, 1);
     put(&at, look->wall, sizeof look->wall, 1);
@@ -117,20 +117,20 @@ Parcel *parcel_look(int body, const LookFrame *look)
 
 Parcel *parcel_error_map(int body, const ErrorMapFrame *map)
 {
-    const size_t n = (size_t)map->node_count;
+    const size_t n = (size_t)map->head.count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_ERROR_MAP, body, map->topology, map->node_count, 0, 0);
+    put_header(&at, KIND_ERROR_MAP, body, map->head.topology, map->head.count, 0, 0);
     put(&at, map->share, n, 1);
     return parcel;
 }
 
 Parcel *parcel_elements(int body, const ElementsFrame *elements)
 {
-    const size_t n = (size_t)elements->square_count, levels = (size_t)elements->level_count;
+    const size_t n = (size_t)elements->head.count, levels = (size_t)elements->level_count;
     Parcel *parcel = make(false, 4 * HEADER_WORDS + 4 * levels + 3 * n);
     unsigned char *at = parcel->data;
-    put_header(&at, KIND_ELEMENTS, body, elements->topology, elements->square_count,
+    put_header(&at, KIND_ELEMENTS, body, elements->head.topology, elements->head.count,
                elements->level_count, 0);
     put(&at, elements->at_level, levels, 4);
     put(&at, elements->tag, n, 2);

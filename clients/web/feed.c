@@ -97,8 +97,8 @@ static void show(Bodies *bodies, Body *body)
     const NodesFrame *nodes = &body->nodes;
     const RestFrame *rest = &body->rest;
     // Nodes are shown with the mesh that they belong to.
-    bool pair = mesh->whole && nodes->ready && nodes->topology == mesh->topology &&
-                nodes->node_count == mesh->node_count;
+    bool pair = mesh->whole && nodes->ready && nodes->head.topology == mesh->topology &&
+                nodes->head.count == mesh->node_count;
     if (pair)
         body->unmatched_ns = 0;
     else if (nodes->ready && body->unmatched_ns == 0)
@@ -111,7 +111,7 @@ static void show(Bodies *bodies, Body *body)
     Parcel *new_mesh = NULL, *new_rest = NULL, *new_nodes = NULL;
     if (body->new_mesh)
         new_mesh = unless_shown(&on_board->mesh, parcel_mesh(index, mesh, body->first_wall));
-    bool fits = rest->whole && rest->topology == mesh->topology;
+    bool fits = rest->head.whole && rest->head.topology == mesh->topology;
     if (body->new_rest && fits)
         new_rest = unless_shown(&on_board->rest, parcel_rest(index, rest));
     // Send the nodes again with a mesh, so that the page can draw it at once.
@@ -174,7 +174,7 @@ void bodies_take_nodes(Bodies *bodies, const char *name, const void *data, size_
     if (!body)
         return;
     // Where packets were lost, older nodes are better than none.
-    body->nodes.mesh_nodes = body->mesh.most_nodes;
+    body->nodes.head.mesh_nodes = body->mesh.most_nodes;
     FramesResult result = nodes_frame_add(&body->nodes, data, size);
     if (result != FRAMES_WHOLE && result != FRAMES_PATCHED)
         return;
@@ -187,7 +187,7 @@ void bodies_take_rest(Bodies *bodies, const char *name, const void *data, size_t
     Body *body = find(bodies, name);
     if (!body)
         return;
-    body->rest.mesh_nodes = body->mesh.most_nodes;
+    body->rest.head.mesh_nodes = body->mesh.most_nodes;
     if (rest_frame_add(&body->rest, data, size) != FRAMES_WHOLE)
         return;
     body->new_rest = true;
@@ -199,7 +199,7 @@ void bodies_take_look(Bodies *bodies, const char *name, const void *data, size_t
     Body *body = find(bodies, name);
     if (!body)
         return;
-    body->look.mesh_nodes = body->mesh.most_nodes;
+    body->look.head.mesh_nodes = body->mesh.most_nodes;
     if (look_frame_add(&body->look, data, size) != FRAMES_WHOLE)
         return;
     body->new_look = true;
@@ -212,7 +212,7 @@ void bodies_take_error_map(Bodies *bodies, const char *name, const void *data, s
     Body *body = find(bodies, name);
     if (!body)
         return;
-    body->error_map.mesh_nodes = body->mesh.most_nodes;
+    body->error_map.head.mesh_nodes = body->mesh.most_nodes;
     if (error_map_frame_add(&body->error_map, data, size) != FRAMES_WHOLE || !bodies->open)
         return;
     const int index = (int)(body - bodies->body);
@@ -228,7 +228,7 @@ void bodies_take_elements(Bodies *bodies, const char *name, const void *data, si
     Body *body = find(bodies, name);
     if (!body)
         return;
-    body->elements.mesh_nodes = body->mesh.most_nodes;
+    body->elements.head.mesh_nodes = body->mesh.most_nodes;
     if (elements_frame_add(&body->elements, data, size) != FRAMES_WHOLE || !bodies->open)
         return;
     const int index = (int)(body - bodies->body);

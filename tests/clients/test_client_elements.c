@@ -42,7 +42,7 @@ TEST(chunks_of_elements_in_any_order_become_the_whole)
     SCOPED(elements_frame_destroy) ElementsFrame frame = {0};
     assert_int_equal(take(&frame, half(1, 0)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_WHOLE);
-    assert_int_equal(frame.topology, 5);
+    assert_int_equal(frame.head.topology, 5);
     assert_int_equal(frame.level_count, 2);
     assert_memory_equal(frame.at_level, count, sizeof count);
     assert_memory_equal(frame.level, level, sizeof level);
@@ -50,9 +50,9 @@ TEST(chunks_of_elements_in_any_order_become_the_whole)
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_STALE);
     // The next ones replace them; half of them is given up.
     assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
-    assert_false(frame.whole);
+    assert_false(frame.head.whole);
     assert_int_equal(take(&frame, half(0, 2)), FRAMES_MORE);
-    assert_int_equal(frame.lost, 1);
+    assert_int_equal(frame.head.lost, 1);
 }
 
 TEST(chunks_of_elements_that_contradict_themselves_are_refused)
@@ -74,7 +74,7 @@ TEST(chunks_of_elements_that_contradict_themselves_are_refused)
     for (int i = 0; i < WRONG; i++) {
         SCOPED(elements_frame_destroy) ElementsFrame frame = {0};
         assert_int_equal(take(&frame, wrong[i]), FRAMES_REFUSED);
-        assert_int_equal(frame.refused, 1);
+        assert_int_equal(frame.head.refused, 1);
         assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
     }
     // Another mesh, or other levels, within one message.

@@ -39,14 +39,14 @@ TEST(chunks_of_a_map_in_any_order_become_the_whole)
     SCOPED(error_map_frame_destroy) ErrorMapFrame frame = {0};
     assert_int_equal(take(&frame, half(1, 0)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_WHOLE);
-    assert_int_equal(frame.topology, 5);
+    assert_int_equal(frame.head.topology, 5);
     assert_memory_equal(frame.share, share, sizeof share);
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_STALE);
     // The next one replaces it; half of one is no map.
     assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
-    assert_false(frame.whole);
+    assert_false(frame.head.whole);
     assert_int_equal(take(&frame, half(0, 2)), FRAMES_MORE);
-    assert_int_equal(frame.lost, 1);
+    assert_int_equal(frame.head.lost, 1);
 }
 
 TEST(chunks_of_a_map_that_contradict_themselves_are_refused)
@@ -63,7 +63,7 @@ TEST(chunks_of_a_map_that_contradict_themselves_are_refused)
     for (int i = 0; i < 6; i++) {
         SCOPED(error_map_frame_destroy) ErrorMapFrame frame = {0};
         assert_int_equal(take(&frame, wrong[i]), FRAMES_REFUSED);
-        assert_int_equal(frame.refused, 1);
+        assert_int_equal(frame.head.refused, 1);
         assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
     }
     // Another mesh within one map.

@@ -56,9 +56,9 @@ static FramesResult add_nodes_chunk(NodesFrame *frame, int sequence, int k)
 
 static void check_frame(const NodesFrame *frame, int sequence)
 {
-    assert_true(frame->whole);
-    assert_int_equal(frame->node_count, NODES);
-    assert_int_equal(frame->topology, 4);
+    assert_true(frame->head.whole);
+    assert_int_equal(frame->head.count, NODES);
+    assert_int_equal(frame->head.topology, 4);
     assert_int_equal(frame->step, 16 * sequence);
     for (int i = 0; i < 3 * NODES; i++) // small integers: exact in float
         expect_near((double)frame->position[i], 10.0 * (i / 3) + i % 3 + 100.0 * sequence, 0.0);
@@ -75,7 +75,7 @@ TEST(chunks_in_any_order_make_the_frame)
         assert_int_equal(add_nodes_chunk(&frame, n, order[n][2]), FRAMES_WHOLE);
         check_frame(&frame, n);
     }
-    assert_int_equal(frame.lost, 0);
+    assert_int_equal(frame.head.lost, 0);
 }
 
 TEST(repeated_chunks_do_not_complete_a_frame)
@@ -93,7 +93,7 @@ TEST(newer_frame_replaces_an_unfinished_one_and_late_chunks_are_dropped)
     add_nodes_chunk(&frame, 1, 0);
     add_nodes_chunk(&frame, 1, 1);
     assert_int_equal(add_nodes_chunk(&frame, 2, 0), FRAMES_MORE);
-    assert_int_equal(frame.lost, 1);
+    assert_int_equal(frame.head.lost, 1);
     assert_int_equal(add_nodes_chunk(&frame, 1, 2), FRAMES_STALE);
     add_nodes_chunk(&frame, 2, 1);
     assert_int_equal(add_nodes_chunk(&frame, 2, 2), FRAMES_WHOLE);
@@ -106,9 +106,9 @@ TEST(frames_of_which_nothing_came_are_counted)
     for (int k = 0; k < CHUNKS; k++)
         add_nodes_chunk(&frame, 3, k);
     add_nodes_chunk(&frame, 7, 0); // 4, 5 and 6 are missing
-    assert_int_equal(frame.lost, 3);
+    assert_int_equal(frame.head.lost, 3);
     add_nodes_chunk(&frame, 8, 0); // and 7 never became whole
-    assert_int_equal(frame.lost, 4);
+    assert_int_equal(frame.head.lost, 4);
 }
 
 TEST(daemon_that_starts_anew_is_followed_at_once)
@@ -157,8 +157,8 @@ TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
         if (add_nodes(&frame, &chunk) != FRAMES_REFUSED)
             fail_msg("taken: %s = %d", FAULTS[k].name, FAULTS[k].value);
     }
-    assert_int_equal(frame.refused, 12);
-    assert_int_equal(frame.lost, 0);
+    assert_int_equal(frame.head.refused, 12);
+    assert_int_equal(frame.head.lost, 0);
     add_nodes_chunk(&frame, 3, 1);
     assert_int_equal(add_nodes_chunk(&frame, 3, 2), FRAMES_WHOLE);
     check_frame(&frame, 3);
@@ -167,18 +167,18 @@ TEST(hostile_sizes_are_refused_and_leave_the_frame_alone)
 // A chunk of one node takes no memory of a mesh that has not come.
 TEST(nodes_take_the_memory_of_their_mesh)
 {
-    NodesFrame frame = {.mesh_nodes = 2 * FRAMES_NODES_FREE};
+    NodesFrame frame = {.head.mesh_nodes = 2 * FRAMES_NODES_FREE};
     pliant_nodes_t chunk = nodes_chunk(1, 0);
     chunk.node_count = 2 * FRAMES_NODES_FREE + 1;
     assert_int_equal(add_nodes(&frame, &chunk), FRAMES_REFUSED);
-    assert_int_equal(frame.held, 0);
+    assert_int_equal(frame.head.held, 0);
     chunk.node_count--;
     assert_int_equal(add_nodes(&frame, &chunk), FRAMES_MORE);
     // What the mesh allows outlasts a change of size.
     chunk.sequence++;
     chunk.node_count = FRAMES_NODES_FREE;
     assert_int_equal(add_nodes(&frame, &chunk), FRAMES_MORE);
-    assert_int_equal(frame.mesh_nodes, 2 * FRAMES_NODES_FREE);
+    assert_int_equal(frame.head.mesh_nodes, 2 * FRAMES_NODES_FREE);
     nodes_frame_destroy(&frame);
 }
 
@@ -191,13 +191,13 @@ TEST(frames_beyond_the_budget_are_refused_without_an_end_of_the_program)
     chunk.node_count = FRAMES_NODES_MAX;
     int taken = 0;
     for (int i = 0; i < MOST; i++)
-        frame[i].mesh_nodes = FRAMES_NODES_MAX;
+        frame[i].head.mesh_nodes = FRAMES_NODES_MAX;
     while (taken < MOST && add_nodes(&frame[taken], &chunk) == FRAMES_MORE)
         taken++;
     // 18 bytes a node: 14 such frames are the last below 1 GiB.
     assert_int_equal(taken, 14);
-    assert_int_equal(frame[taken].refused, 1);
-    assert_int_equal(frame[taken].held, 0);
+    assert_int_equal(frame[taken].head.refused, 1);
+    assert_int_equal(frame[taken].head.held, 0);
     nodes_frame_destroy(&frame[0]);
     assert_int_equal(add_nodes(&frame[taken], &chunk), FRAMES_MORE);
     for (int i = 0; i <= taken; i++)

@@ -41,7 +41,7 @@ TEST(chunks_of_colours_in_any_order_become_the_whole)
     SCOPED(look_frame_destroy) LookFrame frame = {0};
     assert_int_equal(take(&frame, half(1, 0)), FRAMES_MORE);
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_WHOLE);
-    assert_int_equal(frame.topology, 5);
+    assert_int_equal(frame.head.topology, 5);
     assert_true(frame.varies);
     assert_string_equal(frame.texture, "skin.png");
     assert_memory_equal(frame.outside, outside, sizeof outside);
@@ -49,7 +49,7 @@ TEST(chunks_of_colours_in_any_order_become_the_whole)
     assert_int_equal(take(&frame, half(0, 0)), FRAMES_STALE);
     // The next one replaces it; half of one is no look.
     assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
-    assert_false(frame.whole);
+    assert_false(frame.head.whole);
 }
 
 TEST(a_body_of_one_colour_is_whole_with_its_only_chunk)
@@ -87,7 +87,7 @@ TEST(chunks_of_colours_that_contradict_themselves_are_refused)
     for (int i = 0; i < 7; i++) {
         SCOPED(look_frame_destroy) LookFrame frame = {0};
         assert_int_equal(take(&frame, wrong[i]), FRAMES_REFUSED);
-        assert_int_equal(frame.refused, 1);
+        assert_int_equal(frame.head.refused, 1);
         assert_int_equal(take(&frame, half(0, 1)), FRAMES_MORE);
     }
     // Another mesh within one look.

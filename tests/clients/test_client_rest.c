@@ -40,7 +40,7 @@ TEST(chunks_in_any_order_become_the_whole)
         SCOPED(rest_frame_destroy) RestFrame frame = {0};
         assert_int_equal(take(&frame, half(1, 0, textured)), FRAMES_MORE);
         assert_int_equal(take(&frame, half(0, 0, textured)), FRAMES_WHOLE);
-        assert_int_equal(frame.topology, 5);
+        assert_int_equal(frame.head.topology, 5);
         assert_int_equal(frame.textured, textured);
         assert_memory_equal(frame.position, position, sizeof position);
         if (textured)
@@ -58,7 +58,7 @@ TEST(a_lost_chunk_gives_way_to_the_next_message)
     assert_int_equal(take(&frame, half(1, 0, true)), FRAMES_STALE);
     assert_int_equal(take(&frame, half(1, 1, true)), FRAMES_WHOLE);
     assert_int_equal(take(&frame, half(1, 1, true)), FRAMES_STALE); // repeated
-    assert_int_equal(frame.lost, 1);
+    assert_int_equal(frame.head.lost, 1);
 }
 
 TEST(chunks_that_contradict_themselves_are_refused)
@@ -78,6 +78,6 @@ TEST(chunks_that_contradict_themselves_are_refused)
     wrong[7].node_count = FRAMES_NODES_MAX + 1;
     for (int k = 0; k < 8; k++)
         assert_int_equal(take(&frame, wrong[k]), FRAMES_REFUSED);
-    assert_int_equal(frame.refused, 8);
+    assert_int_equal(frame.head.refused, 8);
     assert_int_equal(take(&frame, half(1, 0, true)), FRAMES_WHOLE);
 }

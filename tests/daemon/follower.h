@@ -119,17 +119,17 @@ RAW_HANDLER(on_nodes)
     if (nodes_frame_add(&follower->nodes, buffer->data, buffer->data_size) != FRAMES_WHOLE)
         return;
     follower->frames++;
-    for (int i = 0; i < 3 * nodes->node_count; i++)
+    for (int i = 0; i < 3 * nodes->head.count; i++)
         assert_true(isfinite(nodes->position[i]));
     if (follower->behind) {
         follower->matched++;
         return;
     }
-    if (!follower->mesh.whole || follower->mesh.topology != nodes->topology)
+    if (!follower->mesh.whole || follower->mesh.topology != nodes->head.topology)
         return;
     follower->matched++;
-    assert_int_equal(follower->mesh.node_count, nodes->node_count);
-    for (int i = 0; i < nodes->node_count; i++) {
+    assert_int_equal(follower->mesh.node_count, nodes->head.count);
+    for (int i = 0; i < nodes->head.count; i++) {
         const float *x = nodes->position + 3 * i;
         double r = sqrt((double)(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
         // A sphere of 5 cm. Pressed once its top comes to 25 mm of its centre, by two presses at

@@ -269,10 +269,10 @@ bool removing_is_whole(const Trial *trial, int64_t step)
 {
     for (int b = 0; b < BODIES; b++) {
         const Follower *follower = &trial->follower[b];
-        if (!follower->nodes.whole || follower->nodes.step != step || !follower->mesh.whole ||
-            follower->nodes.topology != follower->mesh.topology ||
+        if (!follower->nodes.head.whole || follower->nodes.step != step || !follower->mesh.whole ||
+            follower->nodes.head.topology != follower->mesh.topology ||
             follower->mesh.topology != trial->topology[b] ||
-            follower->mesh.node_count != follower->nodes.node_count)
+            follower->mesh.node_count != follower->nodes.head.count)
             return false;
         // The body's mass is that of its ledger: sums of some thousand cells or faces.
         if (fabs(mass_of(trial, b) - trial->mass[b]) > 1e-9 * trial->mass[b])
@@ -297,7 +297,7 @@ static void say_what_is_missing(const Trial *trial, int64_t step)
         print_error(
             "%s: frame of step %lld, topology %d; mesh %d, status %d; mass %.15g, by ledger "
             "%.15g\n",
-            removing_body[b], (long long)follower->nodes.step, follower->nodes.topology,
+            removing_body[b], (long long)follower->nodes.step, follower->nodes.head.topology,
             follower->mesh.topology, trial->topology[b], trial->mass[b], mass_of(trial, b));
     }
     fail_msg("deed %d (%s): messages of step %lld (status %lld) do not agree", trial->deed,
@@ -320,7 +320,8 @@ void removing_check(Trial *trial, int64_t step)
     if (!removing_is_whole(trial, step))
         say_what_is_missing(trial, step);
     for (int b = 0; b < BODIES; b++) {
-        assert_int_equal(trial->follower[b].mesh.refused + trial->follower[b].nodes.refused, 0);
+        assert_int_equal(trial->follower[b].mesh.refused + trial->follower[b].nodes.head.refused,
+                         0);
         check_nodes(trial, &trial->follower[b]);
         check_pieces(trial, b);
     }

@@ -84,7 +84,7 @@ static void step(Client *client, Follower *follower, int ticks)
 {
     const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
     assert_true(reply->ok);
-    wait_until(client, follower->nodes.whole && follower->nodes.step == reply->step);
+    wait_until(client, follower->nodes.head.whole && follower->nodes.step == reply->step);
 }
 
 // A plane through the ball, not along the lattice.
@@ -185,7 +185,7 @@ TEST(a_smooth_surface_is_cut_shown_and_recorded)
     assert_true(wall_rms(follower) < 0.1); // blocks: 0.3; rims included
 #if WITH_HDF5
     static float seen[3 * 20000];
-    const int shown = follower->nodes.node_count;
+    const int shown = follower->nodes.head.count;
     memcpy(seen, follower->nodes.position, 3 * sizeof(float) * (size_t)shown);
 #endif
     server_stop(client, &pliantd);

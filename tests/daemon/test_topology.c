@@ -83,8 +83,8 @@ TEST(a_step_shows_its_mesh_before_it_is_answered)
     for (int n = 0; n < 60; n++) {
         const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 10, "");
         assert_true(reply->ok);
-        shown += follower->nodes.step == reply->step && follower->nodes.whole &&
-                 follower->mesh.topology == follower->nodes.topology;
+        shown += follower->nodes.step == reply->step && follower->nodes.head.whole &&
+                 follower->mesh.topology == follower->nodes.head.topology;
     }
     assert_in_range(shown, 50, 60); // a busy machine may lose some on their way
     assert_true(follower->deltas > 5);

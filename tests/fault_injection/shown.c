@@ -28,10 +28,10 @@ static void show(Shown *shown)
 {
     const NodesFrame *nodes = &shown->nodes;
     const MeshFrame *mesh = &shown->mesh;
-    uint64_t *hash = &shown->hash[(uint32_t)nodes->sequence % SHOWN_MOST];
-    if (!nodes->whole || !mesh->whole || nodes->topology != mesh->topology || *hash != 0)
+    uint64_t *hash = &shown->hash[(uint32_t)nodes->head.sequence % SHOWN_MOST];
+    if (!nodes->head.whole || !mesh->whole || nodes->head.topology != mesh->topology || *hash != 0)
         return;
-    assert_int_equal(nodes->node_count, mesh->node_count);
+    assert_int_equal(nodes->head.count, mesh->node_count);
     *hash = hash_of(mesh, nodes);
     shown->count++;
 }
@@ -40,10 +40,10 @@ static void on_nodes(const lcm_recv_buf_t *message, const char *channel, void *u
 {
     (void)channel;
     Shown *shown = user;
-    const bool started = shown->nodes.started;
+    const bool started = shown->nodes.head.started;
     FramesResult result = nodes_frame_add(&shown->nodes, message->data, message->data_size);
-    if (!started && shown->nodes.started)
-        shown->begun = shown->nodes.sequence;
+    if (!started && shown->nodes.head.started)
+        shown->begun = shown->nodes.head.sequence;
     if (result != FRAMES_WHOLE)
         return;
     shown->whole++;

@@ -154,8 +154,8 @@ TEST(a_viewer_behind_a_lossy_link_shows_the_truth_or_nothing)
     }
     expect_at_least((double)lost, 1.0);
     // What did not come is counted: the sequences give how many there were.
-    expect_near((double)(s.shown->whole + s.shown->nodes.lost),
-                (double)behind(s.shown->nodes.sequence, s.shown->begun) + 1.0,
+    expect_near((double)(s.shown->whole + s.shown->nodes.head.lost),
+                (double)behind(s.shown->nodes.head.sequence, s.shown->begun) + 1.0,
                 2.0); // the first and the last
     // Each loss ran on one connection, so that what one has broken the next would find.
     expect_at_least((double)shown_compare(s.truth, s.shown), 5.0 * EFFORT(12));
@@ -249,10 +249,11 @@ static void look(Stream *stream, int32_t next)
     const NodesFrame *frame = &stream->frame;
     if (!stream->any_whole)
         return;
-    for (int32_t now = frame->sequence; behind(next, now) > 0; now = (int32_t)((uint32_t)now + 1)) {
+    for (int32_t now = frame->head.sequence; behind(next, now) > 0;
+         now = (int32_t)((uint32_t)now + 1)) {
         stream->frames++;
-        stream->nodes += frame->node_count;
-        for (int i = 0; i < frame->node_count; i++) {
+        stream->nodes += frame->head.count;
+        for (int i = 0; i < frame->head.count; i++) {
             int32_t of = stream->packets ? frame->frame[i] : stream->whole;
             stream->fresh += (uint32_t)behind(now, of) <= 1; // 0 where none has come yet
         }
@@ -286,12 +287,12 @@ static void on_positions(const lcm_recv_buf_t *message, const char *channel, voi
         stream->arrived += chunk.num_values / 3;
         pliant_nodes_t_decode_cleanup(&chunk);
     }
-    if (stream->frame.started && behind(sequence, stream->frame.sequence) > 0)
+    if (stream->frame.head.started && behind(sequence, stream->frame.head.sequence) > 0)
         look(stream, sequence);
     FramesResult result = nodes_frame_add(&stream->frame, message->data, message->data_size);
     assert_true(result != FRAMES_REFUSED);
     if (result == FRAMES_WHOLE) {
-        stream->whole = stream->frame.sequence;
+        stream->whole = stream->frame.head.sequence;
         stream->any_whole = true;
     }
 }
@@ -335,10 +336,11 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
         client_listen(near, 0);
         // Both say the same: half a step apart, and what a float rounds at 10 cm.
         const NodesFrame *floats = &near_by[0].frame, *packets = &near_by[1].frame;
-        if (!floats->whole || !packets->whole || floats->sequence != packets->sequence)
+        if (!floats->head.whole || !packets->head.whole ||
+            floats->head.sequence != packets->head.sequence)
             continue;
         compared++;
-        for (int i = 0; i < 3 * floats->node_count; i++)
+        for (int i = 0; i < 3 * floats->head.count; i++)
             expect_near((double)packets->position[i], (double)floats->position[i], 0x1p-18 + 1e-8);
     }
     expect_at_least((double)compared, EFFORT(20));
@@ -351,7 +353,7 @@ TEST(packets_keep_nodes_fresh_where_frames_of_floats_are_lost)
         kept[k] = fresh_share(&near_by[k]);
         const NodesFrame *frame = &near_by[k].frame;
         bytes[k] = (double)near_by[k].bytes / (double)near_by[k].arrived;
-        assert_int_equal(frame->node_count, 10242);
+        assert_int_equal(frame->head.count, 10242);
     }
     figure("10242 nodes, 60 Hz, 1 %% of %lld packets lost: nodes fresh within two frames %.2f %% "
            "as floats, %.3f %% in packets (on the server's host %.2f and %.3f %%); bytes of IP per "

@@ -244,8 +244,8 @@ static void settle(Soak *soak)
 // Whether what is shown is of this step or later.
 static bool is_shown(const Shown *shown, int64_t step)
 {
-    return shown->nodes.whole && shown->mesh.whole &&
-           shown->nodes.topology == shown->mesh.topology && shown->nodes.step >= step;
+    return shown->nodes.head.whole && shown->mesh.whole &&
+           shown->nodes.head.topology == shown->mesh.topology && shown->nodes.step >= step;
 }
 
 // The newest frame with the mesh that it belongs to. On a busy machine messages get lost: another
@@ -280,7 +280,7 @@ static void remember_rest(Soak *soak)
     settle(soak);
     wait_for_frame(soak);
     const NodesFrame *nodes = &soak->shown->nodes;
-    soak->rest_count = nodes->node_count;
+    soak->rest_count = nodes->head.count;
     soak->rest_live = live_nodes(&soak->shown->mesh);
     soak->rest = calloc((size_t)soak->rest_count, 3 * sizeof *soak->rest);
     soak->rest_id = calloc((size_t)soak->rest_count, sizeof *soak->rest_id);
@@ -312,7 +312,7 @@ static void compare_with_rest(Soak *soak)
         soak->finer++;
         return;
     }
-    for (int i = 0; i < soak->rest_count && i < shown->nodes.node_count; i++) {
+    for (int i = 0; i < soak->rest_count && i < shown->nodes.head.count; i++) {
         if (soak->rest_id[i] < 0 || shown->mesh.id[i] != soak->rest_id[i])
             continue;
         same++;

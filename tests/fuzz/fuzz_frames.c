@@ -36,8 +36,8 @@ static const WireType *const TYPES[KINDS] = {
 
 static void check_nodes(const NodesFrame *frame)
 {
-    MUST(frame->node_count >= 1 && frame->node_count <= FRAMES_NODES_MAX);
-    for (int i = 0; i < 3 * frame->node_count; i++)
+    MUST(frame->head.count >= 1 && frame->head.count <= FRAMES_NODES_MAX);
+    for (int i = 0; i < 3 * frame->head.count; i++)
         MUST(frame->position[i] - frame->position[i] == 0.0f);
 }
 
@@ -66,7 +66,7 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         right = wire_check(&WIRE_NODES, data, size) || wire_check(&WIRE_POINTS, data, size);
         result = nodes_frame_add(&receiver->nodes, data, size);
         MUST(right || result == FRAMES_REFUSED);
-        if (receiver->nodes.started)
+        if (receiver->nodes.head.started)
             check_nodes(&receiver->nodes);
         break;
     case 1:
@@ -99,13 +99,14 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
         result = rest_frame_add(&receiver->rest, data, size);
         MUST(right || result == FRAMES_REFUSED);
         if (result == FRAMES_WHOLE)
-            for (int i = 0; i < 3 * receiver->rest.node_count; i++)
+            for (int i = 0; i < 3 * receiver->rest.head.count; i++)
                 MUST(receiver->rest.position[i] - receiver->rest.position[i] == 0.0f);
         break;
     case 11:
         result = look_frame_add(&receiver->look, data, size);
         MUST(right || result == FRAMES_REFUSED);
-        MUST(!receiver->look.whole || receiver->look.varies == (receiver->look.outside != NULL));
+        MUST(!receiver->look.head.whole ||
+             receiver->look.varies == (receiver->look.outside != NULL));
         break;
     case 12:
         kit_take_errors(&receiver->kit, data, size);
@@ -114,12 +115,12 @@ static void take(Receiver *receiver, int kind, const uint8_t *data, size_t size)
     case 13:
         result = error_map_frame_add(&receiver->error_map, data, size);
         MUST(right || result == FRAMES_REFUSED);
-        MUST(!receiver->error_map.whole || receiver->error_map.share != NULL);
+        MUST(!receiver->error_map.head.whole || receiver->error_map.share != NULL);
         break;
     case 14:
         result = elements_frame_add(&receiver->elements, data, size);
         MUST(right || result == FRAMES_REFUSED);
-        MUST(!receiver->elements.whole || receiver->elements.tag != NULL);
+        MUST(!receiver->elements.head.whole || receiver->elements.tag != NULL);
         break;
     default:
         break;

@@ -123,7 +123,7 @@ TEST(positions_come_back_within_half_a_step)
             assert_int_equal(add_packet(&frame, sent, k, 1),
                              k + 1 < sent->count ? FRAMES_MORE : FRAMES_WHOLE);
         expect_near_cloud(&frame, cloud, 0, NODES, grid);
-        assert_int_equal(frame.refused, 0);
+        assert_int_equal(frame.head.refused, 0);
     }
 }
 
@@ -139,7 +139,7 @@ TEST(each_packet_stands_alone)
         int first = sent->packet[k].first, end = first + sent->packet[k].nodes;
         assert_true(add_packet(&frame, sent, k, 1) != FRAMES_REFUSED);
         expect_near_cloud(&frame, cloud, first, end, POINTS_GRID);
-        assert_int_equal(frame.nodes.arrived, end - first);
+        assert_int_equal(frame.head.parts.arrived, end - first);
     }
 }
 
@@ -263,7 +263,7 @@ TEST(a_lost_packet_leaves_its_nodes_as_they_were)
     assert_int_equal(add_but(rig, 1, 1), FRAMES_MORE);
     assert_false(frame->ready);
     assert_int_equal(add_but(rig, 2, 2), FRAMES_PATCHED);
-    assert_true(frame->ready && !frame->whole);
+    assert_true(frame->ready && !frame->head.whole);
     int from = rig->sent.packet[2].first, end = from + rig->sent.packet[2].nodes;
     for (int i = 0; i < NODES; i++)
         assert_int_equal(frame->frame[i], i >= from && i < end ? 1 : 2);
@@ -271,11 +271,11 @@ TEST(a_lost_packet_leaves_its_nodes_as_they_were)
     // The missing one comes late.
     assert_int_equal(add_packet(&rig->frame, &rig->sent, 2, 2), FRAMES_WHOLE);
     assert_int_equal(add_packet(&rig->frame, &rig->sent, 2, 2), FRAMES_STALE);
-    assert_int_equal(frame->lost, 1);
+    assert_int_equal(frame->head.lost, 1);
     // Without the last packet nothing says that the frame is over; the next one shows it.
     assert_int_equal(add_but(rig, rig->sent.count - 1, 3), FRAMES_MORE);
     assert_int_equal(add_but(rig, 0, 4), FRAMES_PATCHED);
-    assert_int_equal(frame->refused, 0);
+    assert_int_equal(frame->head.refused, 0);
     rig_destroy(rig);
 }
 
@@ -351,9 +351,9 @@ TEST(packets_that_contradict_themselves_change_nothing)
     bad[14].grid = 1e37f; // not finite in the world
     for (int i = 0; i < WRONG; i++)
         assert_int_equal(add(&rig->frame, &bad[i]), FRAMES_REFUSED);
-    assert_int_equal(rig->frame.refused, WRONG);
-    assert_int_equal(rig->frame.sequence, 1);
-    assert_true(rig->frame.whole);
+    assert_int_equal(rig->frame.head.refused, WRONG);
+    assert_int_equal(rig->frame.head.sequence, 1);
+    assert_true(rig->frame.head.whole);
     expect_near_cloud(&rig->frame, &rig->cloud, 0, NODES, POINTS_GRID);
     assert_int_equal(add(&rig->frame, &good), FRAMES_MORE);
     // Another count of nodes, or another step, in the same frame.

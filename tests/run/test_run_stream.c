@@ -337,14 +337,14 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
     assert_true(result != FRAMES_REFUSED); // stale: the last frame again, on DESCRIBE
     // Never before their mesh.
     if (rig->wholes > 0) {
-        assert_int_equal(rig->nodes.topology, rig->mesh.topology);
-        assert_int_equal(rig->nodes.node_count, rig->mesh.node_count);
+        assert_int_equal(rig->nodes.head.topology, rig->mesh.topology);
+        assert_int_equal(rig->nodes.head.count, rig->mesh.node_count);
     }
     if (result != FRAMES_WHOLE)
         return;
     rig->frames++;
     rig->frame_step = rig->nodes.step;
-    for (int i = 0; i < rig->nodes.node_count && rig->wholes > 0; i++) // a node's own place
+    for (int i = 0; i < rig->nodes.head.count && rig->wholes > 0; i++) // a node's own place
         if (rig->mesh.id[i] >= 0) {
             int id = rig->mesh.id[i], node = id < 500 ? id - 10 : 1000 - id;
             expect_near((double)rig->nodes.position[3 * i], rig->toy.rest[node].x, rig->rounding);
@@ -357,7 +357,7 @@ static void on_velocity(const lcm_recv_buf_t *buffer, const char *channel, void 
     Rig *rig = user;
     pliant_nodes_t chunk;
     assert_true(pliant_nodes_t_decode(buffer->data, 0, (int)buffer->data_size, &chunk) >= 0);
-    assert_int_equal(chunk.topology, rig->nodes.topology);
+    assert_int_equal(chunk.topology, rig->nodes.head.topology);
     for (int i = 0; i < chunk.num_values / 3; i++) // the toy's velocity is the id
         if (rig->wholes > 0 && rig->mesh.id[chunk.first + i] >= 0)
             expect_near((double)chunk.position[3 * i], rig->mesh.id[chunk.first + i], 0.0);
@@ -447,8 +447,8 @@ static void expect_rig_followed(const Rig *rig)
 {
     const BodyMesh mesh = mesh_toy_mesh(&rig->toy);
     expect_same_mesh(&rig->mesh, &mesh);
-    assert_int_equal(rig->nodes.topology, mesh.topology);
-    assert_true(rig->nodes.whole);
+    assert_int_equal(rig->nodes.head.topology, mesh.topology);
+    assert_true(rig->nodes.head.whole);
     assert_int_equal(rig->mesh.lost, 0);
     assert_int_equal(rig->mesh.refused, 0);
 }

@@ -93,10 +93,11 @@ static void pack(Bridge *bridge, Shown *body)
     // Positions need the mesh that they belong to.
     const NodesFrame *nodes = &body->nodes;
     const MeshFrame *mesh = &body->mesh;
-    if (!mesh->whole || mesh->topology != nodes->topology || mesh->node_count != nodes->node_count)
+    if (!mesh->whole || mesh->topology != nodes->head.topology ||
+        mesh->node_count != nodes->head.count)
         return;
     // Memory for the largest so far.
-    size_t points = 3 * (size_t)nodes->node_count;
+    size_t points = 3 * (size_t)nodes->head.count;
     size_t most = 2 + points + 3 * (size_t)mesh->triangle_count;
     if (most > body->capacity) {
         float *data = realloc(body->data, most * sizeof *data);
@@ -117,7 +118,7 @@ static void pack(Bridge *bridge, Shown *body)
             *corner++ = (float)v[k];
         triangles++;
     }
-    body->data[0] = (float)nodes->node_count;
+    body->data[0] = (float)nodes->head.count;
     body->data[1] = (float)triangles;
     body->values = (int)(corner - body->data);
     bridge->fresh = true;
@@ -128,7 +129,7 @@ static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *us
     Shown *body = find_body(user, "NODES", channel);
     if (!body)
         return;
-    body->nodes.mesh_nodes = body->mesh.most_nodes;
+    body->nodes.head.mesh_nodes = body->mesh.most_nodes;
     if (nodes_frame_add(&body->nodes, buffer->data, buffer->data_size) == FRAMES_WHOLE)
         pack(user, body);
 }
