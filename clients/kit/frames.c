@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Assembles chunked frames of node positions, rest positions and texture coordinates. One thread.
+// Assembles chunked frames: what all of them have in common, node positions, rest positions and
+// texture coordinates. One thread.
 #include "frames_parts.h"
 
 #include "pliant_nodes_t.h"

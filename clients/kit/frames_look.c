@@ -21,7 +21,7 @@ static FramesResult look_take(LookFrame *frame, const pliant_look_t *chunk)
         strlen(chunk->texture) >= LOOK_TEXTURE_MAX)
         return FRAMES_REFUSED;
     const FramesResult result = frame_take(&frame->head, &from);
-    if (first && result != FRAMES_REFUSED && result != FRAMES_STALE) {
+    if (first && (result == FRAMES_MORE || result == FRAMES_WHOLE)) {
         memcpy(frame->color, chunk->color, sizeof frame->color);
         memcpy(frame->wall, chunk->inside, sizeof frame->wall);
         strcpy(frame->texture, chunk->texture);
