@@ -374,11 +374,13 @@ static void extrapolate(CutMasses *masses, const CutBirth *birth, const int poin
 static void touch_ended(CutMasses *masses, const CutEnd *end)
 {
     const CutLattice *lattice = masses->lattice;
-    const CutElement *element = &lattice->element[end->element];
-    const int leaf = lattice->divided[end->element] ? element->child : end->element;
+    int leaf = end->element;
+    // Of what was divided, a part may have been divided again in this change.
+    while (lattice->divided[leaf] && !cut_parts_is_cell(lattice, leaf))
+        leaf = lattice->element[leaf].child;
     const int near = cut_lattice_nodes(lattice, leaf)[0];
     touch(masses, end->vertex);
-    if (masses->group[near] >= 0)
+    if (near >= 0 && masses->group[near] >= 0)
         union_find_join(masses->group, near, end->vertex);
 }
 

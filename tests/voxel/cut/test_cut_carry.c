@@ -245,6 +245,58 @@ TEST(merges_and_divisions_keep_momentum_and_mass)
     }
 }
 
+// A cell that is to go, and how often what was to be divided for it ended vertices.
+typedef struct Exposing {
+    VoxelCuts *cuts;
+    int cell, ended;
+} Exposing;
+
+static bool expose(Sim *sim, int body, void *context, TopologyChange *change)
+{
+    Exposing *exposing = context;
+    CutLattice *lattice = &exposing->cuts->lattice;
+    int count = 1;
+    *change = (TopologyChange){0};
+    if (cut_lattice_expose(lattice, &exposing->cell, &count, 1000) == 0)
+        return false;
+    for (int i = 0; i < lattice->changes.ended_count; i++) {
+        const int child = lattice->element[lattice->changes.ended[i].element].child;
+        exposing->ended += !cut_lattice_is_leaf(lattice, child);
+    }
+    return cut_body_follow(exposing->cuts, &sim->body[body], true, false, change);
+}
+
+// What is in the way of a cell that goes is divided down to it at once: also elements that have
+// just come, and their corners in void end.
+TEST(elements_divided_twice_in_a_change_keep_momentum_and_mass)
+{
+    uint64_t seed = 57;
+    int ended = 0;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        create(&world, &options);
+        CutLattice *lattice = &world.cuts->lattice;
+        for (int round = 0; round < EFFORT(80); round++) {
+            cut_world_shake(&world, 0.2, &seed);
+            cut_carry_update(world.cuts->carry,
+                             world.model->vertices.row[world.model->vertices.current]);
+            Exposing exposing = {.cuts = world.cuts,
+                                 .cell = random_below(&seed, lattice->level_first[1])};
+            const WorldMomentum before = cut_world_momentum(&world);
+            change_body(world.sim, 0, expose, &exposing);
+            const WorldMomentum after = cut_world_momentum(&world);
+            expect_same_momentum(&before, &after);
+            cut_world_check_masses(&world);
+            ended += exposing.ended;
+            for (int n = 0; n < 8; n++)
+                merge_some(&world, &seed, 1, 1e9, NULL);
+        }
+    }
+    print_message("%d vertices ended of elements whose first child was divided, too\n", ended);
+    assert_true(ended > 0);
+}
+
 // The residual is the bound of what a merge moves, shown points included; a division moves none.
 TEST(no_shown_point_moves_farther_than_the_residual)
 {
