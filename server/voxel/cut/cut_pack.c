@@ -264,16 +264,39 @@ static void give_group_back(CutWindows *windows, int group)
     give_back(windows->pool, &windows->mixed[group]);
 }
 
-// Returns the lowest free batch in [begin, end).
-static int take_free(BatchPool *pool, int begin, int end)
+void cut_pack_free_held(CutWindows *windows)
+{
+    BatchPool *pool = windows->pool;
+    const int ranges = windows->lattice->window_count + 2 * windows->group_count;
+    for (int r = 0; r < BATCH_KINDS * ranges; r++) {
+        for (int b = pool->held[r]; b >= 0; b = pool->next[b]) {
+            pool->place[b] = 0;
+            bits_add(pool->free, b);
+        }
+        pool->held[r] = -1;
+    }
+}
+
+// Returns the lowest free batch in [begin, end); `end`: none.
+static int find_free(const BatchPool *pool, int begin, int end)
 {
     int word = begin / 64;
     uint64_t left = pool->free[word] & (~UINT64_C(0) << begin % 64);
     while (left == 0 && 64 * (word + 1) < end)
         left = pool->free[++word];
-    const int batch = left == 0 ? end : bits_take(&left, word);
+    return left == 0 ? end : bits_take(&left, word);
+}
+
+static int take_free(CutWindows *windows, int begin, int end)
+{
+    int batch = find_free(windows->pool, begin, end);
+    // A state from a file may give ranges more than they need, and others nothing.
+    if (batch >= end) {
+        cut_pack_free_held(windows);
+        batch = find_free(windows->pool, begin, end);
+    }
     ASSERT(batch < end); // the lattice has at most as many leaves as the pool is for
-    bits_remove(pool->free, batch);
+    bits_remove(windows->pool->free, batch);
     return batch;
 }
 
@@ -291,9 +314,9 @@ static int fill_next(Filling *fill)
     } else {
         const bool mixes =
             fill->number >= fill->windows->lattice->window_count + fill->windows->group_count;
-        batch = kind == BATCH_PLAIN ? take_free(pool, 0, pool->end[0])
-                : mixes             ? take_free(pool, pool->end[1], pool->end[2])
-                                    : take_free(pool, pool->end[0], pool->end[1]);
+        batch = kind == BATCH_PLAIN ? take_free(fill->windows, 0, pool->end[0])
+                : mixes             ? take_free(fill->windows, pool->end[1], pool->end[2])
+                                    : take_free(fill->windows, pool->end[0], pool->end[1]);
     }
     const int from = kind == BATCH_PLAIN ? 0 : pool->end[0];
     pool->place[batch] = 1 + POOL_PLACES * fill->number + place;

@@ -266,9 +266,9 @@ static void find_held(CutWindows *windows)
     }
     // Lists in descending order of places: insertion is short, since lists are.
     for (int b = 0; b < pool->end[2]; b++) {
-        const int place = pool->place[b] - 1, range = place / POOL_PLACES;
+        const int range = pool->place[b] > 0 ? (pool->place[b] - 1) / POOL_PLACES : -1;
         const bool mixes = range >= windows_and_groups - windows->group_count;
-        if (place < 0 || range >= windows_and_groups ||
+        if (range < 0 || range >= windows_and_groups ||
             (b >= pool->end[0] && mixes != (b >= pool->end[1]))) {
             pool->place[b] = 0;
             bits_add(pool->free, b);
@@ -282,20 +282,6 @@ static void find_held(CutWindows *windows)
     }
 }
 
-// Frees those that were not taken again.
-static void free_held(CutWindows *windows)
-{
-    BatchPool *pool = windows->pool;
-    const int ranges = windows->lattice->window_count + 2 * windows->group_count;
-    for (int r = 0; r < BATCH_KINDS * ranges; r++) {
-        for (int b = pool->held[r]; b >= 0; b = pool->next[b]) {
-            pool->place[b] = 0;
-            bits_add(pool->free, b);
-        }
-        pool->held[r] = -1;
-    }
-}
-
 static void pack_all(CutWindows *windows)
 {
     const size_t count = (size_t)windows->lattice->window_count;
@@ -305,7 +291,7 @@ static void pack_all(CutWindows *windows)
     for (int g = 0; g < windows->group_count; g++)
         cut_pack(windows, g, false);
     if (windows->pool != NULL)
-        free_held(windows);
+        cut_pack_free_held(windows);
     memset(windows->is_changed, 0, count * sizeof *windows->is_changed);
     list_runs(windows);
 }

@@ -140,6 +140,8 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
 // `last` stays. Pack groups with finer elements first, so that leaves still find the rotation of
 // the element from which they were divided; after merges those with coarser ones.
 void cut_pack(CutWindows *windows, int group, bool turns);
+// Frees the batches that ranges had in a restored state and have not taken again.
+void cut_pack_free_held(CutWindows *windows);
 
 // Returns the batch after one of a range of this kind.
 static inline int cut_windows_next(const CutWindows *windows, int kind, int batch)
