@@ -559,6 +559,14 @@ static bool is_balanced(const CutLattice *lattice, int element)
     return true;
 }
 
+// True if a block can be a leaf: it is of one material and, if some cells of it are void, one of
+// those that may merge.
+static bool may_be_leaf(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    return of->level == 0 || (of->material > 0 && (of->whole || of->mergeable));
+}
+
 // True if elements are divided only where they can be, and none borders on a leaf two levels
 // larger.
 static bool divisions_are_valid(const CutLattice *lattice)
@@ -574,6 +582,8 @@ static bool divisions_are_valid(const CutLattice *lattice)
     }
     for (int e = 0; e < lattice->element_count; e++) {
         const bool gone = cut_parts_is_cell(lattice, e) && cut_lattice_is_gone(lattice, e);
+        if (cut_lattice_is_leaf(lattice, e) && !may_be_leaf(lattice, e))
+            return false;
         if ((cut_lattice_is_leaf(lattice, e) || gone) && !is_balanced(lattice, e))
             return false;
         // The neighbours of what is gone, across faces, are leaves.
@@ -616,8 +626,9 @@ static bool id_is_valid(const CutLattice *lattice, int vertex)
         return id == -1 && (!lattice->removable || anchor == -1 || !used);
     if (id < 0 || id >= cut_points_most_ids(lattice))
         return false;
+    // Only where cells can go may a vertex have lost its part.
     if (!lattice->removable)
-        return true;
+        return cut_points_anchor_of(lattice, id) >= 0;
     // Corners in void have the anchor of their id always.
     const int said = cut_points_anchor_of(lattice, id);
     return anchor >= -1 && (said < 8 ? anchor < 8 : anchor == said);
@@ -724,13 +735,27 @@ static void assume_carried(CutLattice *lattice)
         lattice->carried[v] = lattice->kept_id[v] >= 0 && lattice->anchor[v] >= 0;
 }
 
-// Returns how many vertices have elements; -1: one that has none has an anchor that no part had.
+// True if a vertex that no leaf has can be carried: a larger leaf is around the cell that it
+// belongs to, and it is still the one of that cell.
+static bool can_be_carried(const CutLattice *lattice, int vertex)
+{
+    const int slot = lattice->anchor[vertex];
+    int point[3];
+    cut_lattice_point(lattice, vertex, point);
+    const int cell =
+        cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1), point[1] - 1 + (slot >> 1 & 1),
+                                 point[2] - 1 + (slot >> 2));
+    return slot == cut_points_anchor_of(lattice, lattice->vertex_id[vertex]) && cell >= 0 &&
+           !cut_parts_is_cell(lattice, cut_parts_leaf(lattice, cell));
+}
+
+// Returns how many vertices have elements; -1: nothing can carry one that has none.
 static int count_present(const CutLattice *lattice)
 {
     int present = 0;
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
         const bool carried = cut_lattice_is_carried(lattice, v);
-        if (carried && lattice->anchor[v] != cut_points_anchor_of(lattice, lattice->vertex_id[v]))
+        if (carried && !can_be_carried(lattice, v))
             return -1;
         present += lattice->anchor[v] >= 0 && !carried;
     }

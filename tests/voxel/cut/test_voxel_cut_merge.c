@@ -5,6 +5,7 @@
 #include "test.h"
 
 #include "base/sets.h"
+#include "voxel/cut/cut_parts.h"
 
 // ---------------------------------------------------------------------------------------------
 // Random sequences
@@ -504,4 +505,57 @@ TEST(damaged_adapting_states_are_refused_or_sound)
 TEST(damaged_adapting_states_with_removals_are_refused_or_sound)
 {
     damage(true);
+}
+
+// True if the state is refused as it is now; then it is as it was before.
+static bool is_refused(CutSample *sample, const void *good)
+{
+    const bool refused = !cut_lattice_derive(&sample->cut);
+    state_copy_in(&sample->state, good);
+    assert_true(cut_lattice_derive(&sample->cut));
+    return refused;
+}
+
+// States in which everything else fits, as a file may bring them.
+TEST(adapting_states_that_no_body_has_are_refused)
+{
+    SCOPED(cut_sample_drop) CutSample sample;
+    create(&sample, sample_ball(13), 2, 2, false);
+    CutLattice *cut = &sample.cut;
+    cut_lattice_coarsen(cut);
+    FREED void *good = malloc(state_bytes(&sample.state));
+    // A partly filled element that has no numbers of its own.
+    int merged = cut->level_first[1];
+    while (!cut_lattice_is_leaf(cut, merged) || cut->element[merged].whole)
+        merged++;
+    state_copy_out(&sample.state, good);
+    cut->element[merged].mergeable = false;
+    const bool refused = !cut_lattice_derive(cut);
+    cut->element[merged].mergeable = true;
+    assert_true(refused);
+    assert_true(cut_lattice_derive(cut));
+    // A vertex that no part can have.
+    int id = 0;
+    while (cut_points_anchor_of(cut, id) >= 0)
+        id++;
+    cut->vertex_id[(*cut->vertex_count)++] = id;
+    assert_true(is_refused(&sample, good));
+    // A kept vertex in whose place another is: nothing carries it among finest cells.
+    int kept = 0;
+    while (kept < cut->kept_end && !cut_lattice_is_carried(cut, kept))
+        kept++;
+    assert_true(kept < cut->kept_end);
+    int point[3], leaf[8];
+    cut_lattice_point(cut, kept, point);
+    cut_lattice_around(cut, point, leaf);
+    for (int s = 0; s < 8; s++) // around it all becomes finest
+        for (int round = 0; round < 4 && leaf[s] >= cut->level_first[1]; round++) {
+            cut_lattice_divide(cut, &leaf[s], 1);
+            cut_lattice_forget_changes(cut);
+            cut_lattice_around(cut, point, leaf);
+        }
+    assert_false(cut_lattice_is_carried(cut, kept));
+    state_copy_out(&sample.state, good);
+    cut->vertex_id[(*cut->vertex_count)++] = cut->kept_id[kept];
+    assert_true(is_refused(&sample, good));
 }
