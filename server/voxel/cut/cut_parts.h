@@ -27,8 +27,8 @@ typedef struct CutScratch {
     int id_points[3];              // those of the cells, of which ids are made
     int *grid;                     // leaf of each cell, x fastest, with a margin of one void cell
     int (*point)[3];               // [vertex] its point
-    int *head;                     // [point] one of its vertices; -1: none
-    int *next;                     // [vertex] another vertex at its point
+    int *head;                     // [point] the vertex of the highest row there; -1: none
+    int *next;                     // [vertex] another vertex at its point, of a lower row
     unsigned char *bitten;         // [element] has a broken bit in or on it
     int *fresh;                    // [elements above level 0] to be sorted into `wanted`
     unsigned char *listed_element; // [element] bit 0: in changes.element, bit 1: in changes.merged

@@ -207,12 +207,15 @@ void cut_points_find_anchors(CutLattice *lattice)
             lattice->anchor[v] = (signed char)cut_points_anchor_of(lattice, lattice->vertex_id[v]);
 }
 
-// Lists a vertex at its point, which is known.
+// Lists a vertex at its point, which is known: the highest row first, so that the order in which
+// vertices end does not depend on when they came.
 static void enter_list(CutScratch *scratch, int vertex)
 {
-    const int index = cut_parts_index(scratch, scratch->point[vertex]);
-    scratch->next[vertex] = scratch->head[index];
-    scratch->head[index] = vertex;
+    int *at = &scratch->head[cut_parts_index(scratch, scratch->point[vertex])];
+    while (*at > vertex)
+        at = &scratch->next[*at];
+    scratch->next[vertex] = *at;
+    *at = vertex;
 }
 
 void cut_points_add(CutLattice *lattice, int vertex)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cut_reference.h"
 
+#include "voxel/cut/cut_parts.h"
+
 // ---------------------------------------------------------------------------------------------
 // Cells, and the leaves that cover them
 
@@ -355,6 +357,9 @@ void cut_reference_check(const CutSample *sample)
         for (int n = 0; n < (e < cut->level_first[1] ? NODE_CORNERS : NODE_COUNT); n++)
             present += cut_lattice_nodes(cut, e)[n] >= 0;
     assert_true(present == sums.incidences);
+    // Lists at points are in one order, however their vertices came.
+    for (int v = 0; v < cut_lattice_used(cut); v++)
+        assert_true(cut->vertex_id[v] < 0 || cut->scratch->next[v] < v);
     // Whatever else is in a row is shown and carried, or without elements, or free.
     for (int v = 0; v < cut->vertex_capacity; v++) {
         const bool carried = cut_lattice_is_carried(cut, v);
