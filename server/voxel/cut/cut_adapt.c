@@ -27,6 +27,13 @@ enum {
     LOOK_WORDS = 1024, // words of 64 elements, likewise
 };
 
+// Returns the words of a set of elements above level 0; a body of one cell has none of these.
+static int words_of(const CutLattice *lattice)
+{
+    const int larger = lattice->element_count - lattice->level_first[1];
+    return bits_words(larger > 0 ? larger : 1);
+}
+
 // ---------------------------------------------------------------------------------------------
 // Where elements are
 
@@ -344,8 +351,7 @@ static bool is_left(const CutAdapt *adapt, const void *row, int element)
 // Finds elements whose children may merge, from where the last search ended on.
 static void find_merges(CutAdapt *adapt, const void *row)
 {
-    const int cells = adapt->lattice->level_first[1],
-              words = bits_words(adapt->lattice->element_count - cells);
+    const int cells = adapt->lattice->level_first[1], words = words_of(adapt->lattice);
     int64_t *next = &adapt->state->next;
     int looks = 0, word = (int)(*next / 64);
     uint64_t left = adapt->family[word] & (~UINT64_C(0) << (*next % 64));
@@ -486,7 +492,7 @@ bool cut_adapt_derive(CutAdapt *adapt)
 {
     const AdaptState *state = adapt->state;
     const CutLattice *lattice = adapt->lattice;
-    const int words = bits_words(lattice->element_count - lattice->level_first[1]);
+    const int words = words_of(lattice);
     memset(adapt->family, 0, (size_t)words * sizeof *adapt->family);
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
         find_family(adapt, e);
@@ -510,12 +516,9 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
     while (lattice->window[adapt->brick_first].level < lattice->levels)
         adapt->brick_first++;
     adapt->brick_count = lattice->window_count - adapt->brick_first;
-    adapt->family =
-        ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1]),
-                 uint64_t, "elements that may merge");
-    adapt->is_tense =
-        ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1]),
-                 uint64_t, "elements above tense ones");
+    const int words = words_of(lattice);
+    adapt->family = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "elements that may merge");
+    adapt->is_tense = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "elements above tense ones");
     adapt->state = ALLOCATE(ARENA_TOPOLOGY, 1, AdaptState, "adaptation");
     adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
     adapt->state->scale = 1.0;

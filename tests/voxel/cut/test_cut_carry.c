@@ -339,6 +339,22 @@ TEST(no_shown_point_moves_farther_than_the_residual)
     }
 }
 
+// A single cell has no larger element around it.
+TEST(a_body_of_one_cell_adapts_in_nothing)
+{
+    VoxelWorldOptions options = voxel_world_block(1, 1, 1, 0.01);
+    options.body.body.levels = 0;
+    options.body.surface_level = 2;
+    SCOPED(cut_world_destroy) CutWorld world;
+    cut_world_create(&world, &options);
+    for (int tick = 0; tick < 20; tick++)
+        sim_step(world.sim);
+    assert_int_equal(sim_resets(world.sim), 0);
+    assert_int_equal(world.body->element_count, 1);
+    sim_restored(world.sim);
+    assert_true(world.body->ops->check(world.model));
+}
+
 // --- states ---
 
 // One tick of a body that is thrown about: merges and divisions, and now and then a cut.
