@@ -735,29 +735,30 @@ static void assume_carried(CutLattice *lattice)
         lattice->carried[v] = lattice->kept_id[v] >= 0 && lattice->anchor[v] >= 0;
 }
 
-// True if a vertex that no leaf has can be carried: a larger leaf is around the cell that it
-// belongs to, and it is still the one of that cell.
-static bool can_be_carried(const CutLattice *lattice, int vertex)
+// True if a kept vertex can be as it is: carried if a larger leaf is around the cell that it
+// belongs to, and of other cells or of none only once that has gone.
+static bool kept_is_valid(const CutLattice *lattice, int vertex)
 {
-    const int slot = lattice->anchor[vertex];
+    const int slot = cut_points_anchor_of(lattice, lattice->vertex_id[vertex]);
     int point[3];
     cut_lattice_point(lattice, vertex, point);
     const int cell =
         cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1), point[1] - 1 + (slot >> 1 & 1),
                                  point[2] - 1 + (slot >> 2));
-    return slot == cut_points_anchor_of(lattice, lattice->vertex_id[vertex]) && cell >= 0 &&
-           !cut_parts_is_cell(lattice, cut_parts_leaf(lattice, cell));
+    const bool moved = lattice->anchor[vertex] != slot;
+    return cut_lattice_is_carried(lattice, vertex)
+               ? !moved && !cut_parts_is_cell(lattice, cut_parts_leaf(lattice, cell))
+               : !moved || cut_lattice_is_gone(lattice, cell);
 }
 
-// Returns how many vertices have elements; -1: nothing can carry one that has none.
+// Returns how many vertices have elements; -1: a kept one is not as it can be.
 static int count_present(const CutLattice *lattice)
 {
     int present = 0;
     for (int v = 0; v < cut_lattice_used(lattice); v++) {
-        const bool carried = cut_lattice_is_carried(lattice, v);
-        if (carried && !can_be_carried(lattice, v))
+        if (cut_lattice_is_kept(lattice, v) && !kept_is_valid(lattice, v))
             return -1;
-        present += lattice->anchor[v] >= 0 && !carried;
+        present += lattice->anchor[v] >= 0 && !cut_lattice_is_carried(lattice, v);
     }
     return present;
 }

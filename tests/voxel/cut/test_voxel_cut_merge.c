@@ -559,3 +559,22 @@ TEST(adapting_states_that_no_body_has_are_refused)
     cut->vertex_id[(*cut->vertex_count)++] = cut->kept_id[kept];
     assert_true(is_refused(&sample, good));
 }
+
+TEST(a_carried_vertex_that_says_its_cells_have_gone_is_refused)
+{
+    SCOPED(cut_sample_drop) CutSample sample;
+    create(&sample, sample_ball(13), 2, 2, true);
+    CutLattice *cut = &sample.cut;
+    cut_lattice_coarsen(cut);
+    FREED void *good = malloc(state_bytes(&sample.state));
+    state_copy_out(&sample.state, good);
+    int carried = 0;
+    for (int v = 0; v < cut->kept_end; v++) {
+        if (!cut_lattice_is_carried(cut, v))
+            continue;
+        carried++;
+        cut->anchor[v] = -1;
+        assert_true(is_refused(&sample, good));
+    }
+    assert_true(carried > 0);
+}
