@@ -143,22 +143,27 @@ void errors_forget(ErrorRounds *errors, int body_count)
     errors->now->cycle = 0; // the clock may have gone back
 }
 
+static bool is_count(int64_t count)
+{
+    return count >= 0 && count <= INT64_MAX / 2;
+}
+
 bool errors_check(const Sim *sim)
 {
     if (sim->drive == NULL)
         return true;
     const Round *now = sim->drive->now;
-    bool sound = now->at >= 0 && now->at <= sim->body_count && now->cycle >= 0 &&
-                 now->cycles >= 0 && now->since >= -1 && now->tool_count >= 0 &&
+    bool sound = now->at >= 0 && now->at <= sim->body_count && is_count(now->cycle) &&
+                 is_count(now->cycles) && now->since >= -1 && now->tool_count >= 0 &&
                  now->tool_count <= ERROR_TOOLS && (now->since < 0 || now->at < sim->body_count);
     for (int i = 0; sound && i < now->tool_count; i++)
         sound = now->tool[i] >= 0 && now->tool[i] < sim->tool_count;
     for (int b = 0; sound && b < sim->body_count; b++) {
         const BodyRounds *body = &sim->drive->body[b];
         sound = body->fineness >= WALL_LEAST && body->fineness <= WALL_MOST &&
-                body->from >= WALL_LEAST && body->from <= WALL_MOST && body->calm >= 0 &&
-                body->settles >= 0 && body->patience >= 0 && body->patience <= MOST_PATIENCE &&
-                body->returned >= 0;
+                body->from >= WALL_LEAST && body->from <= WALL_MOST && is_count(body->rounds) &&
+                is_count(body->calm) && body->settles >= 0 && body->patience >= 0 &&
+                body->patience <= MOST_PATIENCE && body->returned >= 0;
     }
     return sound;
 }

@@ -78,6 +78,7 @@ static bool is_progress(const SurfaceError *error)
            error->at <= (gathered ? 0 : levels->level[error->level].face_count) &&
            (int)error->stage >= ERROR_GATHER && error->stage < ERROR_STAGES &&
            (error->stage == ERROR_GATHER || gathered) && error->next >= 0 &&
+           error->next <= 9 * error->leaf_capacity + error->node_capacity && // of any list
            error->iteration >= 0 && error->iteration <= SURFACE_ERROR_MOST &&
            error->tool_count >= 0 && error->tool_count <= ERROR_TOOLS;
 }

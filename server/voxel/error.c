@@ -83,7 +83,8 @@ bool voxel_error_check(const void *self)
     const VoxelError *error = ((const VoxelModel *)self)->error;
     return error == NULL ||
            ((int)error->pass >= GATHER_STRAINS && error->pass <= SHOW && error->next >= 0 &&
-            error->used >= 0 && error->used <= error->capacity);
+            error->used >= 0 && error->used <= error->capacity && error->sums.outer >= 0 &&
+            error->sums.outer <= error->capacity);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -326,7 +327,8 @@ static double defect_of(const VoxelError *error, const ErrorElement *e, const Co
     double mode[NODE_CORNERS][STRAINS], sum = 0.0, seen = 0.0;
     for (int c = 0; c < NODE_CORNERS; c++) {
         const VertexError *at = &error->vertex[e->vertex[c]];
-        seen += SIDES[at->corners < 8.0F ? (int)at->corners : 8];
+        // Sums from a file may be anything.
+        seen += SIDES[at->corners >= 8.0F ? 8 : at->corners > 0.0F ? (int)at->corners : 0];
         // A vertex that came within this round knows nothing.
         const double share = at->weight > 0.0F ? 1.0 / (double)at->weight : 0.0;
         for (int k = 0; k < STRAINS; k++)
@@ -585,11 +587,13 @@ bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyE
     return false;
 }
 
-// By the root, as strains go.
+// By the root, as strains go. After a restore within a round what is shown may be of another state
+// than the largest.
 static unsigned char share_of(const VoxelError *error, int vertex)
 {
     const float most = error->largest;
-    return most > 0.0F ? (unsigned char)lrintf(255.0F * sqrtf(error->shown[vertex] / most)) : 0;
+    const float share = most > 0.0F ? error->shown[vertex] / most : 0.0F;
+    return (unsigned char)lrintf(255.0F * sqrtf(fminf(share, 1.0F)));
 }
 
 void voxel_snapshot_error(const void *self, unsigned char *share)

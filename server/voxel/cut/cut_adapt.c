@@ -496,8 +496,9 @@ bool cut_adapt_derive(CutAdapt *adapt)
     memset(adapt->family, 0, (size_t)words * sizeof *adapt->family);
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
         find_family(adapt, e);
-    return state->age >= 0 && state->next >= 0 && state->next < 64 * (int64_t)words &&
-           state->brick >= 0 && state->brick < adapt->brick_count && state->count >= 0 &&
+    return state->age >= 0 && state->age <= SWEEP_TICKS && state->next >= 0 &&
+           state->next < 64 * (int64_t)words && state->brick >= 0 &&
+           state->brick < adapt->brick_count && state->count >= 0 &&
            state->count <= APPROACH_MOST && state->scale >= SCALE_LEAST && state->scale <= 1e9 &&
            state->finest >= 0 && state->finest <= LEVEL_MOST && state->error >= 0.0 &&
            state->error <= 1.0 && state->fineness >= FINENESS_LEAST &&

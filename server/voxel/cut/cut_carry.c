@@ -443,7 +443,7 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->need = ALLOCATE(ARENA_STEP, larger, unsigned, "middles of carrying elements");
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
     carry->leaf = ALLOCATE(ARENA_STEP, larger, int, "carrying elements");
-    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, int, "updated elements");
+    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "updated elements");
     sort_vertices(carry);
     cut_carry_derive(carry);
 }

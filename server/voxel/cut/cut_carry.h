@@ -52,7 +52,7 @@ typedef struct CutCarry {
     int *moved;      // [kept_end] 1 + its place in `move`; 0: it is not there
     int move_count;
     // --- scratch ---
-    int *seen, stamp; // [element - level_first[1]]
+    unsigned *seen, stamp; // [element - level_first[1]]; the stamp goes round in days
 } CutCarry;
 
 // Load time.
