@@ -501,6 +501,28 @@ def packets():
 
 # --- HDF5: the encoding of hdf_edit.c, with an even byte in front ---
 
+def words(edit, index, form, values):
+    data = b"".join(struct.pack(form, value) for value in values)
+    return edit(0, index, bytes([0, 0, 0, 1]) + struct.pack(">H", len(data)) + data)
+
+
+# Checkpoints of the world of solids that adapt: sets that say how their elements are divided, who
+# steers that, and where their batches are.
+def solids_that_adapt(edit):
+    for index in (7, 8, 9, 11, 12, 24, 26, 27, 29, 34, 61, 62, 64, 66, 69, 88):
+        put("checkpoint", "adapts-byte-%d" % index,
+            b"\2" + edit(0, index, bytes([0, 0, 8, 1, 0, 2, 255, 255])))
+        put("checkpoint", "adapts-number-%d" % index, b"\2" + edit(3, index, bytes([0, 0, 1, 9])))
+    put("checkpoint", "adapts-nothing", b"\2")
+    # Many batches are of one range, and too few are left for others.
+    for name, index in ("lump", 29), ("pad", 66):
+        put("checkpoint", "found-batches-" + name, b"\2" + words(edit, index, "<i", [1] * 32))
+    # Sums of corners below zero, while they are compared.
+    put("checkpoint", "found-corners", b"\2" + words(edit, 11, "<f", [-1e30] * 512) +
+        words(edit, 10, "<i", [1]) + words(edit, 9, "<i", [0]) +
+        words(edit, 8, "<q", [2, 0, 0, -1])) # a round begins at once
+
+
 def edits():
     def edit(what, index, rest):
         return bytes([what]) + struct.pack(">H", index) + rest
@@ -516,6 +538,8 @@ def edits():
         put(corpus, "type", b"\0" + edit(5, 0, bytes([16, 2])))
         put(corpus, "claims", b"\0" + edit(5, 0, bytes([2 + 32, 10])))
         put(corpus, "missing", b"\0" + edit(6, 1, b""))
+        if corpus == "checkpoint":
+            solids_that_adapt(edit)
         put(corpus, "attribute", b"\0" + edit(7, 1, bytes([2, 1, 1])))
         put(corpus, "attribute-text", b"\0" + edit(7, 1, bytes([2, 0, 2, 0, 3]) + b"abc"))
 

@@ -47,6 +47,35 @@ static const char TEXT[] =
     "  { id = 4; kind = \"static\"; plane = { point = [0.0, 0.0, -0.06];\n"
     "                                       normal = [0.0, 0.0, 1.0]; }; } );\n";
 
+#ifdef PLIANT_WITH_VOXEL
+// Solids whose elements are divided and merged: one that is steered by its error and keeps all its
+// cells, and one that is cut, heated and taken away.
+static const char ADAPTS[] =
+    "name = \"adapts\"; rate_hz = 500.0; tool_timeout_s = 0.05; gravity = [0.0, 0.0, -1.0];\n"
+    "settle_s = 0.0;\n"
+    "bodies = (\n"
+    "  { name = \"pad\"; model = \"voxel\";\n"
+    "    voxels = { generator = \"box\"; count = [9, 7, 6]; size = 0.01; };\n"
+    "    levels = { inside = 2; surface = 2; }; adapt = { error = 0.05; };\n"
+    "    material = { youngs_modulus = 1.0e4; density = 1000.0; damping = 0.2; };\n"
+    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.029]); } ); },\n"
+    "  { name = \"lump\"; model = \"voxel\";\n"
+    "    voxels = { generator = \"ball\"; radius = 0.045; size = 0.01;\n"
+    "               place = { translation = [0.12, 0.0, 0.0]; }; };\n"
+    "    levels = { inside = 2; surface = 2; }; cuttable = true; split_budget = 4;\n"
+    "    tear = { stress = 3000.0; };\n"
+    "    material = { youngs_modulus = 1.0e4; density = 1000.0; damping = 0.2; };\n"
+    "    fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.03]); } ); } );\n"
+    "tools = (\n"
+    "  { id = 1; kind = \"probe\"; max_force = 3.3;\n"
+    "    capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.01; } ); },\n"
+    "  { id = 2; kind = \"remover\"; removes_by = \"diathermy\"; max_force = 3.3;\n"
+    "    power = 40.0; mouth = { radius = 0.008; };\n"
+    "    capsules = ( { from = [0.0, 0.0, 0.0]; to = [0.0, 0.0, 0.1]; radius = 0.008; } ); } );\n";
+#else
+static const char ADAPTS[] = "";
+#endif
+
 void fuzz_world_build(FuzzWorld *world, const char *text)
 {
     Status status = {0};
@@ -62,22 +91,34 @@ void fuzz_world_build(FuzzWorld *world, const char *text)
     state_copy_out(&world->world.state, world->start);
 }
 
+// Puts a world back to its start; builds it the first time.
+static FuzzWorld *world_at_start(FuzzWorld *world, const char *text)
+{
+    log_set_level(LOG_ERROR);
+    if (world->start == NULL)
+        fuzz_world_build(world, text);
+    SimEvent event;
+    GraspEvent grasp;
+    state_copy_in(&world->world.state, world->start);
+    sim_restored(world->world.sim);
+    sim_set_lockstep(world->world.sim, false);
+    while (sim_take_event(world->world.sim, &event))
+        continue;
+    while (sim_next_grasp(world->world.sim, &grasp))
+        continue;
+    return world;
+}
+
 FuzzWorld *fuzz_world(void)
 {
     static FuzzWorld world;
-    log_set_level(LOG_ERROR);
-    if (world.start == NULL)
-        fuzz_world_build(&world, TEXT);
-    SimEvent event;
-    GraspEvent grasp;
-    state_copy_in(&world.world.state, world.start);
-    sim_restored(world.world.sim);
-    sim_set_lockstep(world.world.sim, false);
-    while (sim_take_event(world.world.sim, &event))
-        continue;
-    while (sim_next_grasp(world.world.sim, &grasp))
-        continue;
-    return &world;
+    return world_at_start(&world, TEXT);
+}
+
+FuzzWorld *fuzz_world_that_adapts(void)
+{
+    static FuzzWorld world;
+    return world_at_start(&world, ADAPTS);
 }
 
 static void check_body(Sim *sim, int index)

@@ -15,6 +15,8 @@ typedef struct FuzzWorld {
 
 // The one world of this program, as it was after it was built.
 FuzzWorld *fuzz_world(void);
+// The same of another world: solids that adapt, if voxel bodies are built in.
+FuzzWorld *fuzz_world_that_adapts(void);
 // Makes one from a scene's text; it must be right.
 void fuzz_world_build(FuzzWorld *world, const char *text);
 // Every number that it shows is finite, and its state is one that a checkpoint may hold.
