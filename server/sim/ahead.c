@@ -99,6 +99,9 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
         side[c] = box->high[c] - box->low[c];
         cells[c] = floor(side[c] / size + ROUND_UP);
     }
+    // A body that goes bad is the guard's; no width would be enough.
+    if (!isfinite(cells[0] + cells[1] + cells[2]))
+        return 0;
     for (int i = 1; i < 3; i++)
         for (int k = i; k > 0 && cells[axis[k]] > cells[axis[k - 1]]; k--) {
             const int swap = axis[k];

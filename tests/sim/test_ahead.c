@@ -184,6 +184,10 @@ TEST(strips_cover_a_box)
     Approach list[MOST];
     const Box none = box_empty();
     assert_int_equal(ahead_cover(&none, size, MOST, list), 0);
+    Box endless = box_empty();
+    box_add(&endless, vec3(0.0, 0.0, 0.0));
+    endless.high[0] = endless.high[1] = (double)INFINITY;
+    assert_int_equal(ahead_cover(&endless, size, MOST, list), 0);
     for (int i = 0; i < 200; i++) {
         Box box = box_empty();
         const double edge = 0.03 * random_between(&random, 0.0, 1.0);
