@@ -501,8 +501,8 @@ bool cut_adapt_derive(CutAdapt *adapt)
            state->brick < adapt->brick_count && state->count >= 0 &&
            state->count <= APPROACH_MOST && state->scale >= SCALE_LEAST && state->scale <= 1e9 &&
            state->finest >= 0 && state->finest <= LEVEL_MOST && state->error >= 0.0 &&
-           state->error <= 1.0 && state->fineness >= FINENESS_LEAST &&
-           state->fineness <= FINENESS_MOST;
+           state->error <= 1.0 && (state->error > 0.0) == adapt->driven &&
+           state->fineness >= FINENESS_LEAST && state->fineness <= FINENESS_MOST;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -513,7 +513,8 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
     *adapt = (CutAdapt){.lattice = lattice,
                         .masses = masses,
                         .rows = &masses->vertices->rows,
-                        .size = masses->size};
+                        .size = masses->size,
+                        .driven = error > 0.0};
     while (lattice->window[adapt->brick_first].level < lattice->levels)
         adapt->brick_first++;
     adapt->brick_count = lattice->window_count - adapt->brick_first;

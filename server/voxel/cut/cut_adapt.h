@@ -56,6 +56,7 @@ typedef struct CutAdapt {
     const CutMasses *masses;
     const Rows *rows;
     double size;                  // of a cell [m]
+    bool driven;                  // by its error
     int brick_first, brick_count; // windows of the coarsest level
 
     // --- part of the state ---

@@ -240,6 +240,21 @@ TEST(restored_states_adapt_alike)
 
 // What tools search is found among the few vertices that move and the elements that carry others,
 // as by looking at all of them.
+// Rounds of the error are those of the bodies that the scene drives.
+TEST(a_state_that_is_driven_where_the_body_is_not_is_refused)
+{
+    VoxelWorldOptions options = voxel_world_ball();
+    options.body.body.levels = options.body.surface_level = 2;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    CutAdapt *adapt = ((VoxelModel *)sim_body(world.sim, 0)->model)->cuts->adapt;
+    AdaptState *state = adapt->state;
+    state->error = 0.5;
+    assert_false(cut_adapt_derive(adapt));
+    state->error = 0.0;
+    assert_true(cut_adapt_derive(adapt));
+}
+
 TEST(regions_have_the_nodes_that_are_in_them)
 {
     SCOPED(voxel_world_destroy) VoxelWorld world;
