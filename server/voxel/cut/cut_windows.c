@@ -250,8 +250,8 @@ static void list_runs(CutWindows *windows)
     }
 }
 
-// Finds the batches that ranges had, in their order, from the state. What the state does not say,
-// or says twice, is as if it were free.
+// Finds the batches that ranges had, in their order, from the state. What the state does not say is
+// free; what it says twice, or of ranges that need fewer, is given back in the end.
 static void find_held(CutWindows *windows)
 {
     BatchPool *pool = windows->pool;
@@ -264,7 +264,7 @@ static void find_held(CutWindows *windows)
         memset(windows->pooled[g].used, 0, sizeof windows->pooled[g].used);
         memset(windows->mixed[g].used, 0, sizeof windows->mixed[g].used);
     }
-    // Lists in descending order of places: insertion is short, since lists are.
+    // Lists in ascending order of places: insertion is short, since lists are.
     for (int b = 0; b < pool->end[2]; b++) {
         const int range = pool->place[b] > 0 ? (pool->place[b] - 1) / POOL_PLACES : -1;
         const bool mixes = range >= windows_and_groups - windows->group_count;
