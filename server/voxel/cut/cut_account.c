@@ -21,7 +21,8 @@ static bool is_before(const CutAccount *account, int piece, int other)
     const int a = pieces->first[piece], b = pieces->first[other];
     if (account->sum[piece] != account->sum[other])
         return account->sum[piece] > account->sum[other];
-    return pieces->size[a] != pieces->size[b] ? pieces->size[a] > pieces->size[b] : a < b;
+    return pieces->size[piece] != pieces->size[other] ? pieces->size[piece] > pieces->size[other]
+                                                      : a < b;
 }
 
 // Finds the main piece; -1: nothing is left.
@@ -406,7 +407,7 @@ void cut_account_create(CutAccount *account, const CutPieces *pieces, const Voxe
             vec3_sub(lattice_point(lattice, d == 0, d == 1, d == 2), account->origin);
     create_tissues(account, making, name, arena);
     hold_cells(account, held, name, arena);
-    account->sum = ALLOCATE(ARENA_OUTPUT, pieces->cell_count, int, "fixed corners of pieces");
+    account->sum = ALLOCATE(ARENA_OUTPUT, pieces->most, int, "fixed corners of pieces");
     account->section = ALLOCATE(ARENA_OUTPUT, ACCOUNT_CAUSES, int64_t, "sections");
     state_add_shown(state, account->section, ACCOUNT_CAUSES * sizeof *account->section,
                     "%s/sections", name);

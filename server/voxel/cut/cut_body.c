@@ -47,7 +47,7 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
 {
     const CutLattice *lattice = &cuts->lattice;
     // Each broken face may need four vertices.
-    if (!cut_lattice_has_room(lattice, faces)) {
+    if (!cut_lattice_has_room(lattice, faces) || !cut_pieces_have_room(&cuts->pieces, faces)) {
         outcome->verdict = CUT_NO_NODES;
         outcome->needed = 4 * faces;
         outcome->room = cut_parts_room(lattice);

@@ -11,9 +11,11 @@
 #include <string.h>
 
 enum {
-    LINKS = 1024,   // in one call, beyond which everything is numbered from scratch
-    EFFORT = 20000, // cells that the searches of one call may visit before that
+    LINKS = 1024,     // in one call, beyond which everything is numbered from scratch
+    EFFORT = 20000,   // cells that the searches of one call may visit before that
+    PLACES = 1 << 16, // places for cells that they see: about as many, and those around them
 };
+enum { GONE = 0 }; // ~number of a piece that a cell which is gone has
 
 // Returns the cell across an unbroken face: -x, +x, -y, +y, -z, +z; -1: none.
 static int joined_to(const CutLattice *lattice, int cell, int direction)
@@ -35,13 +37,13 @@ static int is_small(int size)
     return size > 0 && size < PIECE_SMALL;
 }
 
-// Joins cells along the rows of the lattice; counts small pieces.
-static void find_pieces(CutPieces *pieces)
+// Joins cells along the rows of the lattice: labels are smallest cells of pieces then.
+static void join_cells(CutPieces *pieces)
 {
     const CutLattice *lattice = pieces->lattice;
     const int *lut = lattice->lut[0], *count = lattice->count;
     const long step[3] = {1, count[0], (long)count[0] * count[1]};
-    int *root = pieces->root;
+    int *root = pieces->label;
     // Join cells across faces that are not broken.
     union_find_reset(root, pieces->cell_count);
     for (long at = 0, z = 0; z < count[2]; z++)
@@ -56,77 +58,106 @@ static void find_pieces(CutPieces *pieces)
                         !(lattice->broken[cell] >> axis & 1))
                         union_find_join(root, cell, lut[at + step[axis]]);
             }
-    // Name each piece by its lowest cell, and count its cells.
-    int *size = pieces->size;
-    memset(size, 0, (size_t)pieces->cell_count * sizeof *size);
-    pieces->small_count = 0;
-    for (int c = 0; c < pieces->cell_count; c++) { // a root comes before its cells
+    for (int c = 0; c < pieces->cell_count; c++) // a root comes before its cells
         root[c] = root[root[c]];
-        size[root[c]] += !cut_lattice_is_gone(lattice, c);
-    }
-    for (int c = 0; c < pieces->cell_count; c++)
-        pieces->small_count += root[c] == c && is_small(size[c]);
 }
 
-// Numbers the pieces from `first`; false: it has a cell that is not the smallest of its piece, or
-// one twice.
+// Labels the smallest cells of the pieces in `first`; false, and labels none: it has a cell that is
+// not the smallest of its piece, or one twice.
 static bool take_numbers(CutPieces *pieces)
 {
-    memset(pieces->number, -1, (size_t)pieces->cell_count * sizeof *pieces->number);
+    int *label = pieces->label, n = 0;
     pieces->gone_count = 0;
-    if (*pieces->count < 0 || *pieces->count > pieces->cell_count)
-        return false;
-    for (int n = 0; n < (int)*pieces->count; n++) {
+    bool good = *pieces->count >= 0 && *pieces->count <= pieces->most;
+    for (; good && n < (int)*pieces->count; n++) {
         const int cell = pieces->first[n];
         if (cell == -1 && pieces->lattice->removable) {
             pieces->gone_count++;
             continue;
         }
         // Each number names the first cell of a piece, and no piece twice.
-        if (cell < 0 || cell >= pieces->cell_count || pieces->root[cell] != cell ||
-            pieces->number[cell] >= 0 || cut_lattice_is_gone(pieces->lattice, cell))
-            return false;
-        pieces->number[cell] = n;
+        good = cell >= 0 && cell < pieces->cell_count && label[cell] == cell &&
+               !cut_lattice_is_gone(pieces->lattice, cell);
+        if (!good)
+            break;
+        label[cell] = ~n;
     }
-    return true;
+    if (good)
+        return true;
+    while (--n >= 0)
+        if (pieces->first[n] >= 0)
+            label[pieces->first[n]] = pieces->first[n];
+    pieces->gone_count = 0;
+    *pieces->count = 0;
+    return false;
 }
 
-// Numbers the pieces without a number; returns how many.
-static int number_new(CutPieces *pieces)
+// Returns the number of a new piece.
+static int number_new(CutPieces *pieces, int first)
 {
-    int came = 0;
-    for (int c = 0; c < pieces->cell_count; c++)
-        if (pieces->root[c] == c && pieces->number[c] < 0 &&
-            !cut_lattice_is_gone(pieces->lattice, c)) {
-            const int n = (int)(*pieces->count)++;
-            pieces->first[n] = c;
-            pieces->number[c] = n;
-            came++;
+    // Only numbers of a damaged file leave no room (cut_pieces_have_room).
+    const int n = *pieces->count < pieces->most ? (int)(*pieces->count)++ : pieces->most - 1;
+    pieces->first[n] = first;
+    return n;
+}
+
+// Finds the pieces: those in `first` keep their numbers, the others get new ones. Returns how many
+// came; -1: `first` was impossible, and all are numbered again.
+static int find_pieces(CutPieces *pieces)
+{
+    join_cells(pieces);
+    const bool good = take_numbers(pieces);
+    int *label = pieces->label, *size = pieces->size, came = 0;
+    memset(size, 0, (size_t)pieces->most * sizeof *size);
+    for (int c = 0; c < pieces->cell_count; c++) {
+        if (cut_lattice_is_gone(pieces->lattice, c)) {
+            label[c] = GONE; // all its faces are broken
+            continue;
         }
-    return came;
+        if (label[c] == c) {
+            label[c] = ~number_new(pieces, c);
+            came++;
+        } else if (label[c] >= 0) {
+            label[c] = label[label[c]];
+        }
+        size[~label[c]]++;
+    }
+    pieces->small_count = 0;
+    for (int n = 0; n < (int)*pieces->count; n++)
+        pieces->small_count += is_small(size[n]);
+    return good ? came : -1;
 }
 
 bool cut_pieces_derive(CutPieces *pieces)
 {
-    find_pieces(pieces);
-    bool good = take_numbers(pieces);
-    if (!good) {
-        *pieces->count = pieces->gone_count = 0;
-        memset(pieces->number, -1, (size_t)pieces->cell_count * sizeof *pieces->number);
-    }
-    return number_new(pieces) == 0 && good;
+    return find_pieces(pieces) == 0;
 }
 
 // ---------------------------------------------------------------------------------------------
 // After new broken faces
 
+// A cell enters five others at most; a search begins with one.
+enum { MOST_SEEN = PLACES - PLACES / 4 };
+
 typedef enum Answer { JOINED, APART, TOO_LONG } Answer;
+
+// Returns the place of a cell that searches of this call have seen, or a free one.
+static SeenCell *place_of(const CutPieces *pieces, int cell)
+{
+    // With a place for each cell that is its own.
+    const unsigned mask = (unsigned)pieces->seen_mask;
+    unsigned at = mask + 1 >= (unsigned)pieces->cell_count ? (unsigned)cell
+                                                           : (unsigned)cell * 0x9e3779b1u >> 16;
+    while (pieces->seen[at].label >= pieces->first_label && pieces->seen[at].cell != cell)
+        at = (at + 1) & mask;
+    return &pieces->seen[at];
+}
 
 // Returns the set of connected cells that a cell belongs to, by the label that was first seen; -1:
 // none. Labels of earlier calls are below `first_label`.
 static int set_of(CutPieces *pieces, int cell)
 {
-    const int label = pieces->seen[cell] - pieces->first_label;
+    const int label = place_of(pieces, cell)->label - pieces->first_label;
     return label < 0 ? -1 : union_find_root(pieces->set, label);
 }
 
@@ -139,7 +170,8 @@ typedef struct Search {
 
 static void enter(CutPieces *pieces, Search *search, int cell)
 {
-    pieces->seen[cell] = pieces->first_label + search->label;
+    *place_of(pieces, cell) = (SeenCell){cell, pieces->first_label + search->label};
+    pieces->seen_count++;
     search->cell[search->end++] = cell;
 }
 
@@ -180,7 +212,7 @@ static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], 
 {
     begin_search(pieces, &search[0], pieces->queue[0], a);
     begin_search(pieces, &search[1], pieces->queue[1], b);
-    for (*side = 0; *effort > 0; *side ^= 1) {
+    for (*side = 0; *effort > 0 && pieces->seen_count <= MOST_SEEN; *side ^= 1) {
         if (set_of(pieces, a) == set_of(pieces, b))
             return JOINED;
         if (!search[0].open && !search[1].open)
@@ -197,38 +229,73 @@ static Answer search_between(CutPieces *pieces, int a, int b, Search search[2], 
 }
 
 // Separates a piece that was found completely from the one that it was part of, which `rest` on the
-// other side of a link belongs to.
-static void separate(CutPieces *pieces, const Search *piece, int rest)
+// other side of a link belongs to. False: there is no number for it.
+static bool separate(CutPieces *pieces, const Search *piece, int rest)
 {
-    int *root = pieces->root, *size = pieces->size;
-    const int old = root[rest], old_size = size[old];
-    // The new piece is named by its lowest cell.
-    int lowest = piece->cell[0], name = old;
+    int *label = pieces->label, *size = pieces->size;
+    const int old = cut_pieces_of(pieces, rest), before = size[old];
+    const int new = (int)*pieces->count + pieces->came;
+    if (new >= pieces->most)
+        return false;
+    pieces->came++;
+    // A piece is named by its lowest cell.
+    int lowest = piece->cell[0], own = new, first = -1;
     for (int i = 0; i < piece->end; i++)
         lowest = piece->cell[i] < lowest ? piece->cell[i] : lowest;
-    for (int i = 0; i < piece->end; i++)
-        root[piece->cell[i]] = -1;
-    if (lowest == old) { // it keeps the name: the others need another
-        name = -1;
+    if (lowest == pieces->first[old]) { // it keeps the number: the others need another
+        own = old;
+        for (int i = 0; i < piece->end; i++)
+            label[piece->cell[i]] = GONE;
         for (int c = 0; c < pieces->cell_count; c++)
-            if (root[c] == old) {
-                name = name < 0 ? c : name;
-                root[c] = name;
+            if (label[c] == ~old) {
+                first = first < 0 ? c : first;
+                label[c] = ~new;
             }
     }
     for (int i = 0; i < piece->end; i++)
-        root[piece->cell[i]] = lowest;
+        label[piece->cell[i]] = ~own;
+    pieces->first[new] = own == old ? first : lowest;
     // Both pieces have other sizes now.
-    size[lowest] = piece->end;
-    size[name] = old_size - piece->end;
-    pieces->small_count += is_small(size[lowest]) + is_small(size[name]) - is_small(old_size);
+    size[new] = own == old ? before - piece->end : piece->end;
+    size[old] = before - size[new];
+    pieces->small_count += is_small(size[old]) + is_small(size[new]) - is_small(before);
     // The last that a piece left counts.
     int k = 0;
-    while (k < pieces->left_count && pieces->left[k] != lowest)
+    while (k < pieces->left_count && pieces->left[k] != own)
         k++;
     pieces->left_count += k == pieces->left_count;
-    pieces->left[k] = lowest;
+    pieces->left[k] = own;
     pieces->rest[k] = rest;
+    return true;
+}
+
+// Gives the pieces that came their numbers, in the order of their lowest cells.
+static void number_those_that_came(CutPieces *pieces)
+{
+    const int count = (int)*pieces->count, came = pieces->came;
+    int *first = pieces->first + count, *size = pieces->size + count;
+    int *rank = pieces->left, moved = 0; // by the numbers that they had: no longer needed
+    for (int n = 0; n < came; n++) {
+        rank[n] = 0;
+        for (int k = 0; k < came; k++)
+            rank[n] += first[k] < first[n];
+        moved += rank[n] != n;
+    }
+    *pieces->count += came;
+    if (moved == 0)
+        return;
+    for (int c = 0; c < pieces->cell_count; c++)
+        if (cut_pieces_of(pieces, c) >= count)
+            pieces->label[c] = ~(count + rank[cut_pieces_of(pieces, c) - count]);
+    for (int n = 0; n < came;) { // each exchange brings one to its place
+        const int to = rank[n], kept[3] = {first[to], size[to], rank[to]};
+        if (to == n) {
+            n++;
+            continue;
+        }
+        first[to] = first[n], size[to] = size[n], rank[to] = to;
+        first[n] = kept[0], size[n] = kept[1], rank[n] = kept[2];
+    }
 }
 
 // Returns the cell of the remaining piece: what led to a piece that split off must lead to what it
@@ -236,7 +303,7 @@ static void separate(CutPieces *pieces, const Search *piece, int rest)
 static int what_is_left(const CutPieces *pieces, int cell)
 {
     for (int i = 0; i < pieces->left_count;)
-        if (pieces->left[i] == pieces->root[cell]) {
+        if (pieces->left[i] == cut_pieces_of(pieces, cell)) {
             cell = pieces->rest[i];
             i = 0;
         } else {
@@ -248,12 +315,13 @@ static int what_is_left(const CutPieces *pieces, int cell)
 static void begin_call(CutPieces *pieces)
 {
     if (pieces->first_label > INT32_MAX - 4 * LINKS) {
-        memset(pieces->seen, 0, (size_t)pieces->cell_count * sizeof *pieces->seen);
+        memset(pieces->seen, 0, ((size_t)pieces->seen_mask + 1) * sizeof *pieces->seen);
         pieces->first_label = 0;
         pieces->labels = 1; // 0: never seen
     }
     pieces->first_label += pieces->labels;
     pieces->labels = 0;
+    pieces->left_count = pieces->came = pieces->seen_count = 0;
 }
 
 // Follows links that no longer connect: faces {cell, axis}, or pairs of cells.
@@ -272,17 +340,14 @@ static bool follow_links(CutPieces *pieces, const int (*link)[2], int count, boo
         // Search from both ends at once: the smaller piece ends the search.
         Search search[2];
         const Answer answer = search_between(pieces, end[0], end[1], search, &side, &effort);
-        told = answer != TOO_LONG;
-        if (answer == APART)
-            separate(pieces, &search[side], end[side ^ 1]);
+        told =
+            answer == JOINED || (answer == APART && separate(pieces, &search[side], end[side ^ 1]));
     }
-    // Clear what this call has marked.
-    const bool came = pieces->left_count > 0 || !told;
-    pieces->left_count = 0;
-    // Too many faces or too long a search: all of them anew.
+    // Too many faces or too long a search: all of them again.
     if (!told)
-        find_pieces(pieces);
-    return came && number_new(pieces) > 0;
+        return find_pieces(pieces) > 0;
+    number_those_that_came(pieces);
+    return pieces->came > 0;
 }
 
 bool cut_pieces_follow(CutPieces *pieces, const int (*face)[2], int count)
@@ -332,37 +397,31 @@ void cut_pieces_expect(CutPieces *pieces, const int *cell, int count)
 }
 
 // Names a piece whose smallest cell went by the smallest that is left.
-static void rename_piece(CutPieces *pieces, int old)
+static void rename_piece(CutPieces *pieces, int number)
 {
-    int *root = pieces->root, *size = pieces->size, name = -1;
-    const int number = pieces->number[old];
-    for (int c = old + 1; c < pieces->cell_count && size[old] > 0; c++)
-        if (root[c] == old && !cut_lattice_is_gone(pieces->lattice, c)) {
-            name = name < 0 ? c : name;
-            root[c] = name;
-        }
-    pieces->first[number] = name;
-    pieces->gone_count += name < 0;
-    if (name >= 0) {
-        pieces->number[name] = number;
-        size[name] = size[old];
+    int c = pieces->first[number] + 1;
+    if (pieces->size[number] == 0) {
+        pieces->first[number] = -1;
+        pieces->gone_count++;
+        return;
     }
-    pieces->number[old] = -1;
-    size[old] = 0;
+    while (cut_pieces_of(pieces, c) != number)
+        c++;
+    pieces->first[number] = c;
 }
 
 bool cut_pieces_remove(CutPieces *pieces, const int *cell, int count)
 {
-    int *root = pieces->root, *size = pieces->size;
+    int *size = pieces->size, of[CUT_REMOVE_MOST];
     for (int k = 0; k < count; k++) {
-        const int of = root[cell[k]], before = size[of]--;
-        pieces->small_count += is_small(size[of]) - is_small(before);
+        of[k] = cut_pieces_of(pieces, cell[k]);
+        const int before = size[of[k]]--;
+        pieces->small_count += is_small(size[of[k]]) - is_small(before);
+        pieces->label[cell[k]] = GONE;
     }
-    for (int k = 0; k < count; k++) {
-        if (root[cell[k]] == cell[k])
-            rename_piece(pieces, cell[k]);
-        root[cell[k]] = cell[k];
-    }
+    for (int k = 0; k < count; k++)
+        if (pieces->first[of[k]] == cell[k])
+            rename_piece(pieces, of[k]);
     return follow_links(pieces, (const int(*)[2])pieces->link, pieces->link_count, false);
 }
 
@@ -375,7 +434,7 @@ static void number_as_mesh(CutPieces *pieces, const LatticeMesh *mesh, const Lay
     for (int e = 0; e < mesh->element_count; e++) {
         const Leaf *leaf = &layout->leaf[e];
         int cell = cut_lattice_cell(pieces->lattice, leaf->cell[0], leaf->cell[1], leaf->cell[2]);
-        pieces->first[mesh->piece[mesh->vertex[e][0]]] = pieces->root[cell];
+        pieces->first[mesh->piece[mesh->vertex[e][0]]] = pieces->label[cell];
     }
 }
 
@@ -384,18 +443,21 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
 {
     const char *name = making->options->body.name;
     const int cells = lattice->level_first[1];
-    *pieces = (CutPieces){.lattice = lattice, .cell_count = cells};
+    const int most =
+        lattice->adapts && lattice->vertex_capacity < cells ? lattice->vertex_capacity : cells;
+    *pieces = (CutPieces){.lattice = lattice, .cell_count = cells, .most = most};
     // State: the names of pieces in the order in which they came.
-    pieces->first = ALLOCATE(ARENA_TOPOLOGY, cells, int, "first cells of pieces");
+    pieces->first = ALLOCATE(ARENA_TOPOLOGY, most, int, "first cells of pieces");
     pieces->count = ALLOCATE(ARENA_TOPOLOGY, 1, int64_t, "piece count");
-    state_add(state, pieces->first, (size_t)cells * sizeof *pieces->first, "%s/pieces", name);
+    state_add(state, pieces->first, (size_t)most * sizeof *pieces->first, "%s/pieces", name);
     state_add(state, pieces->count, sizeof *pieces->count, "%s/piece_count", name);
     // Derived from it, and scratch of searches.
-    pieces->root = ALLOCATE(ARENA_TOPOLOGY, cells, int, "roots of pieces");
-    pieces->number = ALLOCATE(ARENA_TOPOLOGY, cells, int, "piece numbers");
-    pieces->seen = ALLOCATE(ARENA_TOPOLOGY, cells, int, "searches");
+    const int seen = cells < PLACES ? cells : PLACES;
+    pieces->label = ALLOCATE(ARENA_TOPOLOGY, cells, int, "pieces of cells");
+    pieces->size = ALLOCATE(ARENA_TOPOLOGY, most, int, "sizes of pieces");
+    pieces->seen = ALLOCATE(ARENA_TOPOLOGY, seen, SeenCell, "searches");
+    pieces->seen_mask = seen - 1;
     pieces->set = ALLOCATE(ARENA_TOPOLOGY, 2 * LINKS, int, "sets of searches");
-    pieces->size = ALLOCATE(ARENA_TOPOLOGY, cells, int, "sizes of pieces");
     pieces->rest = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "what pieces left");
     pieces->left = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "pieces that left");
     pieces->labels = 1;
@@ -404,12 +466,10 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
         pieces->link = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)6 * CUT_REMOVE_MOST,
                                       sizeof *pieces->link, "%s/%s", name, "links that go");
     }
-    // A cell that is visited enters the five others around it at most.
-    const int most = 6 * EFFORT + LINKS < cells ? 6 * EFFORT + LINKS : cells;
     for (int side = 0; side < 2; side++)
-        pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, most, int, "search queue");
+        pieces->queue[side] = ALLOCATE(ARENA_TOPOLOGY, seen, int, "search queue");
     // The uncut body has the numbers of its mesh.
-    find_pieces(pieces);
+    join_cells(pieces);
     number_as_mesh(pieces, &making->mesh, &making->layout);
     bool good = cut_pieces_derive(pieces);
     ASSERT(good);

@@ -244,7 +244,8 @@ static bool has_room(const VoxelCuts *cuts, int cells, RemovalOutcome *outcome)
     outcome->verdict = CUT_NO_NODES;
     outcome->needed = 16 * cells;
     outcome->room = cut_parts_room(lattice);
-    if (!cut_lattice_has_room_to_remove(lattice, cells))
+    if (!cut_lattice_has_room_to_remove(lattice, cells) ||
+        !cut_pieces_have_room(&cuts->pieces, 6 * cells))
         return false;
     outcome->verdict = CUT_NO_FACES;
     return cut_faces_has_room_to_remove(&cuts->faces, cells, &outcome->needed, &outcome->room);

@@ -246,8 +246,8 @@ int cut_bench_dead_ends(const CutBench *bench)
     for (int cell = 0; cell < bench->cut.level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
             count += broken_between(&bench->cut, cell, axis) &&
-                     bench->pieces.root[cell] ==
-                         bench->pieces.root[cut_lattice_beyond(&bench->cut, cell, axis)];
+                     cut_pieces_of(&bench->pieces, cell) ==
+                         cut_pieces_of(&bench->pieces, cut_lattice_beyond(&bench->cut, cell, axis));
     return count;
 }
 
@@ -268,7 +268,7 @@ int cut_bench_pieces(const CutBench *bench)
         while (top > 0) {
             const int cell = stack[--top];
             const short *at = cut->element[cell].cell;
-            assert_int_equal(bench->pieces.root[cell], first); // the lowest one
+            assert_int_equal(cut_pieces_first(&bench->pieces, cell), first); // the lowest one
             for (int d = 0; d < 6; d++) {
                 const int step = d & 1 ? 1 : -1, axis = d / 2;
                 const int next =

@@ -218,7 +218,7 @@ TEST(notched_bar_comes_apart_at_the_notch_in_two_clean_pieces)
         assert_true(farthest <= 4);
         int left = 0;
         for (int c = 0; c < lattice->level_first[1]; c++)
-            left += pieces->root[c] == pieces->root[0];
+            left += cut_pieces_of(pieces, c) == cut_pieces_of(pieces, 0);
         expect_near(left, 0.5 * lattice->level_first[1], WIDE * WIDE);
         cut_world_check_masses(&world);
     }

@@ -110,12 +110,13 @@ static void expect_sound(CutWorld *world)
 static int dead_ends(const CutWorld *world)
 {
     const CutLattice *lattice = &world->cuts->lattice;
-    const int *root = world->cuts->pieces.root;
+    const CutPieces *pieces = &world->cuts->pieces;
     int count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
             count += (lattice->broken[cell] >> axis & 1) &&
-                     root[cell] == root[cut_lattice_beyond(lattice, cell, axis)];
+                     cut_pieces_of(pieces, cell) ==
+                         cut_pieces_of(pieces, cut_lattice_beyond(lattice, cell, axis));
     return count;
 }
 

@@ -123,8 +123,8 @@ static Shown keep_all(const CutBench *bench)
     keep(&shown, faces->origin, slots * sizeof *faces->origin);
     keep(&shown, faces->piece, slots * sizeof *faces->piece);
     keep(&shown, faces->parent, slots * sizeof *faces->parent);
-    keep(&shown, bench->pieces.root, (size_t)bench->pieces.cell_count * sizeof(int));
-    keep(&shown, bench->pieces.number, (size_t)bench->pieces.cell_count * sizeof(int));
+    keep(&shown, bench->pieces.label, (size_t)bench->pieces.cell_count * sizeof(int));
+    keep(&shown, bench->pieces.size, (size_t)*bench->pieces.count * sizeof(int));
     return shown;
 }
 

@@ -137,7 +137,7 @@ static void check_pieces(const CutWorld *world)
             flood(lattice, label, stack, c);
             count++;
         }
-        assert_int_equal(pieces->root[c], label[c]);
+        assert_int_equal(cut_pieces_first(pieces, c), label[c]);
         assert_true(cut_pieces_of(pieces, c) >= 0);
     }
     assert_int_equal(count, cut_pieces_count(pieces));
@@ -167,8 +167,7 @@ static uint64_t hash_derived(const CutWorld *world)
     hash = fnv_bytes(hash, faces->piece, slots * sizeof *faces->piece);
     hash = fnv_bytes(hash, &faces->wall_count, sizeof faces->wall_count);
     hash = fnv_bytes(hash, &faces->free_count, sizeof faces->free_count);
-    hash = fnv_bytes(hash, pieces->root, cells * sizeof *pieces->root);
-    hash = fnv_bytes(hash, pieces->number, cells * sizeof *pieces->number);
+    hash = fnv_bytes(hash, pieces->label, cells * sizeof *pieces->label);
     hash = fnv_bytes(hash, &pieces->small_count, sizeof pieces->small_count);
     hash = fnv_bytes(hash, &pieces->gone_count, sizeof pieces->gone_count);
     hash = fnv_bytes(hash, vertices->mass, count * sizeof *vertices->mass);
