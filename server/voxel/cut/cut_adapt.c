@@ -206,7 +206,7 @@ static void look_at(CutAdapt *adapt, const void *row, int element, unsigned path
     }
     const int count = __builtin_popcount(of->children);
     for (int k = 0; k < count && of->level > 1; k++)
-        look_at(adapt, row, of->child + k, paths);
+        look_at(adapt, row, cut_lattice_first_child(lattice, element) + k, paths);
 }
 
 // Returns bits of the paths that reach a box grown by a margin [m].
@@ -291,8 +291,9 @@ static void look_at_tense(CutAdapt *adapt)
         // The tick's cuts may have divided it.
         if (!cut_lattice_is_leaf(lattice, leaf))
             continue;
-        if (lattice->element[leaf].parent >= 0)
-            bits_add(adapt->is_tense, lattice->element[leaf].parent - lattice->level_first[1]);
+        const int parent = cut_lattice_parent(lattice, leaf);
+        if (parent >= 0)
+            bits_add(adapt->is_tense, parent - lattice->level_first[1]);
         if (lattice->element[leaf].level > 0)
             add_wish(adapt, &(AdaptWish){.element = leaf});
     }
@@ -302,7 +303,7 @@ static void forget_tense(CutAdapt *adapt)
 {
     const CutLattice *lattice = adapt->lattice;
     for (int k = 0; k < adapt->tense_count; k++) {
-        const int parent = lattice->element[adapt->tense[k]].parent;
+        const int parent = cut_lattice_parent(lattice, adapt->tense[k]);
         if (parent >= 0)
             bits_remove(adapt->is_tense, parent - lattice->level_first[1]);
     }
@@ -470,7 +471,7 @@ static void find_family(CutAdapt *adapt, int element)
     bool could = lattice->divided[element] && of->mergeable;
     const int count = __builtin_popcount(of->children);
     for (int k = 0; k < count && could; k++)
-        could = !lattice->divided[of->child + k];
+        could = !lattice->divided[cut_lattice_first_child(lattice, element) + k];
     if (could)
         bits_add(adapt->family, element - lattice->level_first[1]);
     else
@@ -483,8 +484,9 @@ void cut_adapt_follow(CutAdapt *adapt)
     for (int i = 0; i < lattice->changes.element_count; i++) {
         const int element = lattice->changes.element[i];
         find_family(adapt, element);
-        if (lattice->element[element].parent >= 0)
-            find_family(adapt, lattice->element[element].parent);
+        const int parent = cut_lattice_parent(lattice, element);
+        if (parent >= 0)
+            find_family(adapt, parent);
     }
 }
 

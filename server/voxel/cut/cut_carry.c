@@ -417,8 +417,8 @@ static void sort_vertices(CutCarry *carry)
         carry->vertex[k] = entry[k].vertex;
         carry->cell[k] = entry[k].cell;
         carry->rank[entry[k].vertex] = k;
-        for (int e = lattice->element[entry[k].cell].parent; e >= 0;
-             e = lattice->element[e].parent) {
+        for (int e = cut_lattice_parent(lattice, entry[k].cell); e >= 0;
+             e = cut_lattice_parent(lattice, e)) {
             if (carry->end[e - cells] == 0)
                 carry->first[e - cells] = k;
             carry->end[e - cells] = k + 1;

@@ -81,7 +81,7 @@ static const Vec3 *find_points(CellCentres *centres, int element)
             there |= 1u << at;
         }
     } else {
-        const int parent = lattice->element[element].parent;
+        const int parent = cut_lattice_parent(lattice, element);
         const int child = cut_lattice_which(lattice, element);
         const Vec3 *above = find_points(centres, parent);
         for (int c = 0; c < 8; c++)
@@ -103,7 +103,7 @@ Vec3 cut_centre(CellCentres *centres, int cell)
             sum = vec3_add(sum, vertex_at(centres, cut_lattice_nodes(lattice, cell)[c]));
         return to_world(centres, vec3_scale(0.125, sum));
     }
-    const int parent = lattice->element[cell].parent;
+    const int parent = cut_lattice_parent(lattice, cell);
     const Vec3 *point = find_points(centres, parent);
     const int child = cut_lattice_which(lattice, cell);
     for (int c = 0; c < 8; c++)

@@ -79,7 +79,7 @@ static void coagulate(CutHeat *heat, int cell)
     const CutLattice *lattice = heat->lattice;
     heat->coagulated[material_of(heat, cell)]++;
     heat->cooked_count++;
-    for (int e = cell; e >= 0; e = lattice->element[e].parent) {
+    for (int e = cell; e >= 0; e = cut_lattice_parent(lattice, e)) {
         const int cells = cut_shape_cells(lattice, e);
         heat->cooked[e]++;
         if (heat->stiff[e] || 2 * heat->cooked[e] <= cells)

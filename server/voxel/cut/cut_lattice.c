@@ -82,8 +82,6 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
         *slot = lattice->element_count++;
         lattice->element[*slot] = (CutElement){
             .cell = {(short)(i << level), (short)(j << level), (short)(k << level)},
-            .parent = -1,
-            .child = -1,
             .level = (unsigned char)level,
             .material = leaf >= 0 ? layout->leaf[leaf].material : 0,
             .children = (unsigned char)children_of(lattice, level, i, j, k),
@@ -118,13 +116,15 @@ static void number_elements(CutLattice *lattice, const Layout *layout)
 // first.
 static void gather_from_children(CutLattice *lattice, CutElement *element)
 {
+    bool first = true;
     element->whole = element->children == 0xff;
-    element->material = lattice->element[element->child].material;
     for (int c = 0; c < 8; c++) {
         if (!(element->children >> c & 1))
             continue;
-        const int number = element->child + __builtin_popcount(element->children & ((1u << c) - 1));
+        const int number = cut_lattice_child(lattice, (int)(element - lattice->element), c);
         const CutElement *child = &lattice->element[number];
+        element->material = first ? child->material : element->material;
+        first = false;
         element->whole &= child->whole;
         if (child->material != element->material)
             element->material = 0;
@@ -134,7 +134,7 @@ static void gather_from_children(CutLattice *lattice, CutElement *element)
     }
 }
 
-static void join_families(CutLattice *lattice)
+static void gather_families(CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++) {
         CutElement *element = &lattice->element[e];
@@ -145,13 +145,6 @@ static void join_families(CutLattice *lattice)
         } else {
             gather_from_children(lattice, element);
         }
-        const int above = element->level + 1;
-        if (above > lattice->levels)
-            continue;
-        element->parent = cut_parts_block(lattice, above, element->cell[0] >> above,
-                                          element->cell[1] >> above, element->cell[2] >> above);
-        if (element->parent >= 0 && lattice->element[element->parent].child < 0)
-            lattice->element[element->parent].child = e; // the first of them comes first
     }
 }
 
@@ -198,7 +191,7 @@ static void create_elements(CutLattice *lattice, const char *name, const VoxelMa
     // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
-    join_families(lattice);
+    gather_families(lattice);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -280,7 +273,7 @@ static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int 
     const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
     int now[2] = {0, 0};
     for (int e = 0; e < lattice->element_count; e++) {
-        const int parent = lattice->element[e].parent;
+        const int parent = cut_lattice_parent(lattice, e);
         now[e >= cells] += !divided[e] && (parent < 0 || divided[parent]);
     }
     const long most_cells = now[0] + 2L * pool + LEAST, most_larger = now[1] + pool / 8 + LEAST;
@@ -574,10 +567,12 @@ static bool divisions_are_valid(const CutLattice *lattice)
     // Only what has children is divided, and only inside of what is divided.
     for (int e = 0; e < lattice->element_count; e++) {
         const CutElement *element = &lattice->element[e];
-        const bool may = cut_parts_is_cell(lattice, e) ? lattice->removable : element->child >= 0;
+        const bool may =
+            cut_parts_is_cell(lattice, e) ? lattice->removable : element->children != 0;
         if (lattice->divided[e] > 1 || (lattice->divided[e] && !may))
             return false;
-        if (lattice->divided[e] && element->parent >= 0 && !lattice->divided[element->parent])
+        const int parent = cut_lattice_parent(lattice, e);
+        if (lattice->divided[e] && parent >= 0 && !lattice->divided[parent])
             return false;
     }
     for (int e = 0; e < lattice->element_count; e++) {

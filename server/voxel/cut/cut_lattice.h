@@ -54,14 +54,13 @@ enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 typedef struct CutElement {
     short cell[3]; // its lowest cell
     unsigned char level;
-    unsigned char material; // of all its cells; 0: of several
-    int parent;             // -1: none is larger
-    int child;              // first of the children that exist, one after the other; -1: level 0
-    unsigned char children; // bit c: child c exists: it has a solid cell
-    unsigned char meets;    // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
-    bool whole;             // all its cells are solid
-    bool mergeable;         // it may be a leaf: in a body that adapts, at any time
+    unsigned char material;  // of all its cells; 0: of several
+    unsigned char children;  // bit c: child c exists: it has a solid cell
+    unsigned char meets : 6; // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
+    unsigned char whole : 1; // all its cells are solid
+    unsigned char mergeable : 1; // it may be a leaf: in a body that adapts, at any time
 } CutElement;
+_Static_assert(sizeof(CutElement) == 10, "there are as many as cells");
 
 // Elements [first, end) of one level in one aligned block; empty windows do not exist.
 typedef struct CutWindow {
@@ -170,20 +169,51 @@ static inline bool cut_lattice_is_gone(const CutLattice *lattice, int cell)
     return lattice->divided[cell];
 }
 
+// Returns the element with this block, which is inside the lattice; -1: none.
+static inline int cut_lattice_block(const CutLattice *lattice, int level, int i, int j, int k)
+{
+    const long nx = lattice->count[0] >> level, ny = lattice->count[1] >> level;
+    return lattice->lut[level][(k * ny + j) * nx + i];
+}
+// Returns the next larger element around one; -1: there is none.
+static inline int cut_lattice_parent(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    const int level = of->level + 1;
+    return level > lattice->levels ? -1
+                                   : cut_lattice_block(lattice, level, of->cell[0] >> level,
+                                                       of->cell[1] >> level, of->cell[2] >> level);
+}
+// Returns the first of an element's children that exist, which are one after the other; -1: it is
+// of level 0.
+static inline int cut_lattice_first_child(const CutLattice *lattice, int element)
+{
+    const CutElement *of = &lattice->element[element];
+    const int level = of->level - 1, c = of->children != 0 ? __builtin_ctz(of->children) : -1;
+    return c < 0 ? -1
+                 : cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
+                                     (of->cell[1] >> level) + (c >> 1 & 1),
+                                     (of->cell[2] >> level) + (c >> 2));
+}
+
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {
-    int parent = lattice->element[element].parent;
-    return !lattice->divided[element] && (parent < 0 || lattice->divided[parent]);
+    if (lattice->divided[element])
+        return false;
+    const int parent = cut_lattice_parent(lattice, element);
+    return parent < 0 || lattice->divided[parent];
 }
 
 // Returns child c (bit d: the upper half along axis d) of an element of level 1 or more; -1: void.
 static inline int cut_lattice_child(const CutLattice *lattice, int element, int c)
 {
     const CutElement *of = &lattice->element[element];
-    const unsigned below = of->children & ((1u << c) - 1);
-    if (of->children == 0xff) // counting takes longer
-        return of->child + c;
-    return of->children >> c & 1 ? of->child + __builtin_popcount(below) : -1;
+    const int level = of->level - 1;
+    return of->children >> c & 1
+               ? cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
+                                   (of->cell[1] >> level) + (c >> 1 & 1),
+                                   (of->cell[2] >> level) + (c >> 2))
+               : -1;
 }
 // Returns which child of its parent an element is.
 static inline int cut_lattice_which(const CutLattice *lattice, int element)

@@ -312,7 +312,7 @@ static void find_merge_points(const CutLattice *lattice, int element, MergePoint
         cut_lattice_around(lattice, point, leaf);
         for (int s = 0; s < 8; s++)
             out->stays[at] |= leaf[s] >= 0 && lattice->element[leaf[s]].level < block->level &&
-                              lattice->element[leaf[s]].parent != element;
+                              cut_lattice_parent(lattice, leaf[s]) != element;
     }
 }
 
@@ -377,7 +377,7 @@ static void touch_ended(CutMasses *masses, const CutEnd *end)
     int leaf = end->element;
     // Of what was divided, a part may have been divided again in this change.
     while (lattice->divided[leaf] && !cut_parts_is_cell(lattice, leaf))
-        leaf = lattice->element[leaf].child;
+        leaf = cut_lattice_first_child(lattice, leaf);
     const int near = cut_lattice_nodes(lattice, leaf)[0];
     touch(masses, end->vertex);
     if (near >= 0 && masses->group[near] >= 0)

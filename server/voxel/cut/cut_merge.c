@@ -242,7 +242,8 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
     const CutElement *parent = &lattice->element[element];
     if (!lattice->adapts || parent->level == 0 || !parent->mergeable || !lattice->divided[element])
         return false;
-    for (int c = parent->child; c < parent->child + __builtin_popcount(parent->children); c++)
+    const int first = cut_lattice_first_child(lattice, element);
+    for (int c = first; c < first + __builtin_popcount(parent->children); c++)
         if (lattice->divided[c] || scratch->listed_element[c] & 2)
             return false;
     // Where a child must be divided the element must be, too. It has at most one vertex more at
@@ -291,7 +292,8 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     hand_up(lattice, element);
     cut_parts_enter_leaf(lattice, element);
     cut_parts_list_element(lattice, element);
-    for (int c = parent->child; c < parent->child + children; c++)
+    const int first = cut_lattice_first_child(lattice, element);
+    for (int c = first; c < first + children; c++)
         cut_parts_list_element(lattice, c);
     lattice->changes.merged[lattice->changes.merged_count++] = element;
     lattice->scratch->listed_element[element] |= 2;

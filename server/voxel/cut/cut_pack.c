@@ -167,12 +167,13 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
         return;
     double *mean = windows->strain[element - turns->base], strain[RELAXATION_NUMBERS];
     const double by = 1.0 / cut_shape_cells(lattice, element);
+    const int first = cut_lattice_first_child(lattice, element);
     memset(mean, 0, sizeof strain);
     for (int k = 0; k < __builtin_popcount(of->children); k++) {
         memset(strain, 0, sizeof strain);
-        relaxation_take(windows->runs.relaxation, windows->lane[of->child + k], strain);
+        relaxation_take(windows->runs.relaxation, windows->lane[first + k], strain);
         for (int n = 0; n < RELAXATION_NUMBERS; n++)
-            mean[n] += by * cut_shape_cells(lattice, of->child + k) * strain[n];
+            mean[n] += by * cut_shape_cells(lattice, first + k) * strain[n];
     }
 }
 
@@ -185,7 +186,7 @@ static void take_turn(const CutWindows *windows, int element, Turns *turns)
     }
     int from = element;
     while (from >= 0 && windows->lane[from] < 0)
-        from = windows->lattice->element[from].parent;
+        from = cut_lattice_parent(windows->lattice, from);
     const int lane = from < 0 ? 0 : windows->lane[from];
     const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);

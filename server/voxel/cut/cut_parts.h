@@ -52,14 +52,14 @@ static inline int cut_parts_block(const CutLattice *lattice, int level, int i, i
     const int nz = lattice->count[2] >> level;
     if (i < 0 || j < 0 || k < 0 || i >= nx || j >= ny || k >= nz)
         return -1;
-    return lattice->lut[level][((long)k * ny + j) * nx + i];
+    return cut_lattice_block(lattice, level, i, j, k);
 }
 
 // Returns the leaf that an element is or is inside of; for elements that are not divided
 // themselves, or are inside one that is not.
 static inline int cut_parts_leaf(const CutLattice *lattice, int element)
 {
-    for (int parent; (parent = lattice->element[element].parent) >= 0; element = parent)
+    for (int parent; (parent = cut_lattice_parent(lattice, element)) >= 0; element = parent)
         if (lattice->divided[parent])
             break;
     return element;

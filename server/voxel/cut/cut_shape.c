@@ -10,7 +10,7 @@ int cut_shape_cells(const CutLattice *lattice, int element)
         return 1 << 3 * of->level;
     int cells = 0;
     for (int k = 0; k < __builtin_popcount(of->children); k++)
-        cells += cut_shape_cells(lattice, of->child + k);
+        cells += cut_shape_cells(lattice, cut_lattice_first_child(lattice, element) + k);
     return cells;
 }
 

@@ -68,7 +68,7 @@ static void want_around(CutLattice *lattice, int element)
 void cut_split_bite(CutLattice *lattice, int cell)
 {
     unsigned char *bitten = lattice->scratch->bitten;
-    for (int e = cell; e >= 0 && !bitten[e]; e = lattice->element[e].parent) {
+    for (int e = cell; e >= 0 && !bitten[e]; e = cut_lattice_parent(lattice, e)) {
         bitten[e] = 1;
         if (cut_parts_is_cell(lattice, e))
             continue;
@@ -320,7 +320,8 @@ static void enter_children(CutLattice *lattice, int element)
 
 static void divide(CutLattice *lattice, int element)
 {
-    const int level = lattice->element[element].level, child = lattice->element[element].child;
+    const int level = lattice->element[element].level,
+              child = cut_lattice_first_child(lattice, element);
     const int children = __builtin_popcount(lattice->element[element].children);
     // The bit and the counts.
     lattice->divided[element] = 1;

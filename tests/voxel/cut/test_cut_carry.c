@@ -260,7 +260,7 @@ static bool expose(Sim *sim, int body, void *context, TopologyChange *change)
     if (cut_lattice_expose(lattice, &exposing->cell, &count, 1000) == 0)
         return false;
     for (int i = 0; i < lattice->changes.ended_count; i++) {
-        const int child = lattice->element[lattice->changes.ended[i].element].child;
+        const int child = cut_lattice_first_child(lattice, lattice->changes.ended[i].element);
         exposing->ended += !cut_lattice_is_leaf(lattice, child);
     }
     return cut_body_follow(exposing->cuts, &sim->body[body], true, false, change);
