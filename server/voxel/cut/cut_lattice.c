@@ -226,10 +226,11 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     }
     const int elements = lattice->element_count, cells = lattice->level_first[1];
     // Where leaves and vertices are.
+    scratch->grid_level = lattice->levels > 0;
     scratch->grid = ALLOCATE(
         ARENA_TOPOLOGY,
         cut_parts_grid(lattice, lattice->count[0], lattice->count[1], lattice->count[2]) + 1, int,
-        "leaves of cells");
+        "leaves of blocks");
     scratch->point = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
                                     sizeof *scratch->point, "%s/%s", name, "points of vertices");
     scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
@@ -249,7 +250,7 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     // Room for the largest change possible.
     CutChanges *changes = &lattice->changes;
     // Leaves, now or before; faces that break, and those of new leaves of level 0.
-    const long leaves = 2L * lattice->most_cells + 2L * lattice->most_larger;
+    const long leaves = 2L * (lattice->most_cells + (long)lattice->most_larger);
     const long faces =
         6L * lattice->most_cells + lattice->vertex_capacity / 4 + 6 * CUT_REMOVE_MOST;
     const long most_faces = faces < 3L * cells ? faces : 3L * cells;
@@ -264,39 +265,39 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         create_scratch_of_merging(lattice, name, arena);
 }
 
+enum { FAMILY = 8 }; // rows for the children of an element of level 1, void ones included
+
 // Sets how many leaves there may be: as many as a pool of vertices is good for. A cell takes about
-// one, less where many are together; around fine parts one larger leaf comes with eight cells or
-// more.
+// one, and more at the surface, where families are not whole; around fine parts one larger leaf
+// comes with eight cells or more.
 static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int pool)
 {
-    enum { LEAST = 256 };
-    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
-    int now[2] = {0, 0};
-    for (int e = 0; e < lattice->element_count; e++) {
+    enum { LEAST = 32 };
+    const int first = lattice->level_first[1], end = lattice->level_first[2];
+    int families = 0, larger = 0;
+    for (int e = first; e < lattice->element_count; e++) {
         const int parent = cut_lattice_parent(lattice, e);
-        now[e >= cells] += !divided[e] && (parent < 0 || divided[parent]);
+        families += divided[e] && e < end;
+        larger += !divided[e] && (parent < 0 || divided[parent]);
     }
-    const long most_cells = now[0] + 2L * pool + LEAST, most_larger = now[1] + pool / 8 + LEAST;
-    lattice->most_cells = most_cells < cells ? (int)most_cells : cells;
-    lattice->most_larger = most_larger < larger ? (int)most_larger : larger;
+    const long most = families + pool / 6 + LEAST, most_larger = larger + pool / 8 + FAMILY * LEAST;
+    if (end > first)
+        lattice->most_cells = FAMILY * (most < end - first ? (int)most : end - first);
+    if (most_larger < lattice->most_larger)
+        lattice->most_larger = (int)most_larger;
 }
 
 // Creates rows for the nodes of as many leaves as there may be.
 static void create_leaf_rows(CutLattice *lattice, const char *name, Arena *arena)
 {
-    lattice->leaf_row = ALLOCATE(ARENA_TOPOLOGY, lattice->element_count, int, "rows of leaves");
-    const int rows[2] = {lattice->most_cells, lattice->most_larger};
+    const int first = lattice->level_first[1], end = lattice->level_first[2];
+    const int rows[2] = {lattice->most_cells / FAMILY, lattice->most_larger};
+    lattice->leaf_row =
+        ALLOCATE(ARENA_TOPOLOGY, lattice->element_count - first, int, "rows of leaves");
+    if (end > first)
+        lattice->family_row = ALLOCATE(ARENA_TOPOLOGY, end - first, int, "rows of families");
     for (int kind = 0; kind < 2; kind++)
         lattice->scratch->spare_row[kind] = ALLOCATE(ARENA_TOPOLOGY, rows[kind], int, "spare rows");
-}
-
-// Returns how many rows there are for nodes of leaves of level 0, or of others.
-static int leaf_rows(const CutLattice *lattice, int kind)
-{
-    const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
-    if (lattice->leaf_row == NULL)
-        return kind == 0 ? cells : larger;
-    return kind == 0 ? lattice->most_cells : lattice->most_larger;
 }
 
 static void create_state(CutLattice *lattice, const char *name, Arena *arena, StateList *state)
@@ -317,9 +318,9 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
     if (lattice->removable)
         state_add(state, lattice->anchor, vertices, "%s/anchors", name);
     // Derived from these.
-    lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)leaf_rows(lattice, 0),
+    lattice->corner = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->most_cells,
                                      sizeof *lattice->corner, "%s/%s", name, "corners");
-    lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)leaf_rows(lattice, 1),
+    lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->most_larger,
                                    sizeof *lattice->node, "%s/%s", name, "nodes");
     lattice->wanted = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "wanted divisions");
 }
@@ -386,14 +387,14 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     *lattice = (CutLattice){.vertex_capacity = capacity,
                             .split_budget = making->options->split_budget,
                             .removable = making->options->body.removable,
-                            .most_cells = INT_MAX,
-                            .most_larger = INT_MAX,
                             .adapts = making->options->surface_level > 0};
     if (count > capacity)
         return status_fail(status, STATUS_INVALID, "%s: %d vertices do not fit vertex_capacity %d",
                            name, count, capacity);
     // Elements, then vertices as in the uncut body.
     create_elements(lattice, name, making, arena);
+    lattice->most_cells = lattice->level_first[1];
+    lattice->most_larger = lattice->element_count - lattice->most_cells;
     if (rests)
         limit_leaves(lattice, making->divided, capacity - count);
     create_scratch(lattice, name, arena);
@@ -458,12 +459,16 @@ int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
 
 void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf)
 {
-    const int edge = 1 << level;
-    for (int k = 0; k < edge; k++)
-        for (int j = 0; j < edge; j++) {
-            int *row =
-                &lattice->scratch->grid[cut_parts_grid(lattice, cell[0], cell[1] + j, cell[2] + k)];
-            for (int i = 0; i < edge; i++)
+    int *grid = lattice->scratch->grid;
+    const int by = lattice->scratch->grid_level, step = 1 << by, edge = 1 << level;
+    if (level < by) { // bits say which are leaves
+        grid[cut_parts_grid(lattice, cell[0], cell[1], cell[2])] = CUT_CELLS;
+        return;
+    }
+    for (int k = 0; k < edge; k += step)
+        for (int j = 0; j < edge; j += step) {
+            int *row = &grid[cut_parts_grid(lattice, cell[0], cell[1] + j, cell[2] + k)];
+            for (int i = 0; i < edge >> by; i++)
                 row[i] = leaf;
         }
 }
@@ -511,11 +516,31 @@ void cut_parts_list_face(CutLattice *lattice, int cell, int axis)
     face[1] = axis;
 }
 
+// Frees the rows of what was a leaf, or had cells as children, before the change.
+static void free_rows(CutLattice *lattice, int element)
+{
+    CutScratch *scratch = lattice->scratch;
+    const int at = element - lattice->level_first[1];
+    if (at < 0 || lattice->leaf_row == NULL)
+        return;
+    if (lattice->leaf_row[at] >= 0 && !cut_lattice_is_leaf(lattice, element)) {
+        scratch->spare_row[1][scratch->spare_count[1]++] = lattice->leaf_row[at];
+        lattice->leaf_row[at] = -1;
+    }
+    if (element < lattice->level_first[2] && lattice->family_row[at] >= 0 &&
+        !lattice->divided[element]) {
+        scratch->spare_row[0][scratch->spare_count[0]++] = lattice->family_row[at];
+        lattice->family_row[at] = -1;
+    }
+}
+
 void cut_lattice_forget_changes(CutLattice *lattice)
 {
     CutChanges *changes = &lattice->changes;
-    for (int i = 0; i < changes->element_count; i++)
+    for (int i = 0; i < changes->element_count; i++) {
         lattice->scratch->listed_element[changes->element[i]] = 0;
+        free_rows(lattice, changes->element[i]);
+    }
     for (int i = 0; i < changes->face_count; i++)
         lattice->scratch->listed_face[changes->face[i][0]] = 0;
     for (int i = 0; i < changes->lost_count; i++)
@@ -643,49 +668,55 @@ static bool ids_are_valid(const CutLattice *lattice)
 void cut_parts_take_row(CutLattice *lattice, int element)
 {
     CutScratch *scratch = lattice->scratch;
-    const int kind = !cut_parts_is_cell(lattice, element);
-    if (lattice->leaf_row == NULL)
+    const int kind = !cut_parts_is_cell(lattice, element), first = lattice->level_first[1];
+    if (kind == 0 ? lattice->family_row == NULL : lattice->leaf_row == NULL)
+        return;
+    // The first child of an element takes rows for all.
+    int *row = kind == 1 ? &lattice->leaf_row[element - first]
+                         : &lattice->family_row[cut_lattice_parent(lattice, element) - first];
+    if (*row >= 0)
         return;
     ASSERT(scratch->spare_count[kind] > 0); // cut_parts_allow
-    lattice->leaf_row[element] = scratch->spare_row[kind][--scratch->spare_count[kind]];
+    *row = scratch->spare_row[kind][--scratch->spare_count[kind]];
 }
 
-void cut_parts_give_row(CutLattice *lattice, int element)
+void cut_parts_clear_row(CutLattice *lattice, int element)
 {
-    CutScratch *scratch = lattice->scratch;
-    const bool is_cell = cut_parts_is_cell(lattice, element);
     int *nodes = cut_parts_nodes(lattice, element);
-    for (int n = 0; n < (is_cell ? NODE_CORNERS : NODE_COUNT); n++)
+    for (int n = 0; n < (cut_parts_is_cell(lattice, element) ? NODE_CORNERS : NODE_COUNT); n++)
         nodes[n] = -1;
-    if (lattice->leaf_row == NULL)
-        return;
-    scratch->spare_row[!is_cell][scratch->spare_count[!is_cell]++] = lattice->leaf_row[element];
-    lattice->leaf_row[element] = -1;
 }
 
 static void forget_rows(CutLattice *lattice)
 {
     CutScratch *scratch = lattice->scratch;
-    memset(lattice->corner, -1, (size_t)leaf_rows(lattice, 0) * sizeof *lattice->corner);
-    memset(lattice->node, -1, (size_t)leaf_rows(lattice, 1) * sizeof *lattice->node);
+    memset(lattice->corner, -1, (size_t)lattice->most_cells * sizeof *lattice->corner);
+    memset(lattice->node, -1, (size_t)lattice->most_larger * sizeof *lattice->node);
     if (lattice->leaf_row == NULL)
         return;
-    memset(lattice->leaf_row, -1, (size_t)lattice->element_count * sizeof *lattice->leaf_row);
+    const int *first = lattice->level_first, larger = lattice->element_count - first[1];
+    memset(lattice->leaf_row, -1, (size_t)larger * sizeof *lattice->leaf_row);
+    if (lattice->family_row != NULL)
+        memset(lattice->family_row, -1,
+               (size_t)(first[2] - first[1]) * sizeof *lattice->family_row);
     for (int kind = 0; kind < 2; kind++) {
-        const int rows = leaf_rows(lattice, kind);
+        const int rows = kind == 0 ? lattice->most_cells / FAMILY : lattice->most_larger;
         scratch->spare_count[kind] = rows;
         for (int k = 0; k < rows; k++) // the lowest is taken first
-            scratch->spare_row[kind][k] = rows - 1 - k;
+            scratch->spare_row[kind][k] = (rows - 1 - k) * (kind == 0 ? FAMILY : 1);
     }
 }
 
 // True if there are no more leaves than there may be.
 static bool leaves_are_allowed(const CutLattice *lattice)
 {
-    int count[2] = {0, 0};
-    for (int e = 0; e < lattice->element_count; e++)
-        count[!cut_parts_is_cell(lattice, e)] += cut_lattice_is_leaf(lattice, e);
-    return count[0] <= lattice->most_cells && count[1] <= lattice->most_larger;
+    int families = 0, larger = 0;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++) {
+        families += e < lattice->level_first[2] && lattice->divided[e];
+        larger += cut_lattice_is_leaf(lattice, e);
+    }
+    return (lattice->family_row == NULL || FAMILY * families <= lattice->most_cells) &&
+           larger <= lattice->most_larger;
 }
 
 static void enter_leaves(CutLattice *lattice)

@@ -113,8 +113,8 @@ typedef struct CutLattice {
     CutWindow *window; // by level
     int vertex_capacity;
     int split_budget; // divisions per tick
-    // Leaves of level 0 and larger ones at the same time, at most, those included that were leaves
-    // before the present change. INT_MAX: as many as there can be
+    // Rows for leaves of level 0 and for larger ones, those included that were leaves before the
+    // present change.
     int most_cells, most_larger;
     bool removable; // cells can go
     bool adapts;    // elements merge again; also such as are partly filled
@@ -135,8 +135,11 @@ typedef struct CutLattice {
     // absent. Where every element has a row, those of elements that are no leaves are all -1.
     int (*corner)[NODE_CORNERS];
     int (*node)[NODE_COUNT];
-    int *leaf_row; // [element] -1: not a leaf. NULL: every element has a row
-    bool *carried; // [kept_end] shown, but no element has it now
+    // Rows of larger leaves, and the first of the eight for the children of elements of level 1;
+    // -1: none. They are free for others once a change is forgotten. NULL: every element has a row
+    int *leaf_row;   // [element - level_first[1]]
+    int *family_row; // [element of level 1 - level_first[1]]; NULL, too: there is no level 1
+    bool *carried;   // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
     // Elements that must be divided, because a bit is broken in or on them; in a body that adapts
     // also because they may be no leaves, or are partly filled and a bit is broken beside them. By
@@ -229,9 +232,18 @@ static inline int cut_lattice_which(const CutLattice *lattice, int element)
 static inline int cut_lattice_row(const CutLattice *lattice, int element)
 {
     const int cells = lattice->level_first[1];
-    if (lattice->leaf_row != NULL)
-        return lattice->leaf_row[element];
-    return element < cells ? element : element - cells;
+    if (element >= cells)
+        return lattice->leaf_row != NULL ? lattice->leaf_row[element - cells] : element - cells;
+    if (lattice->family_row == NULL)
+        return element;
+    const int first = lattice->family_row[cut_lattice_parent(lattice, element) - cells];
+    return first < 0 ? -1 : first + cut_lattice_which(lattice, element);
+}
+// Returns the same, rows of larger leaves numbered after those of level 0.
+static inline int cut_lattice_place_of_row(const CutLattice *lattice, int element)
+{
+    const int row = cut_lattice_row(lattice, element);
+    return row < 0 || element < lattice->level_first[1] ? row : lattice->most_cells + row;
 }
 
 // Returns the vertices of an element by node: NODE_CORNERS of them at level 0, else NODE_COUNT.

@@ -17,10 +17,8 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 {
     const CutLattice *lattice = masses->lattice;
     const int vertices = lattice->vertex_capacity;
-    const int larger = lattice->element_count - lattice->level_first[1];
-    masses->share = arena_allocate(
-        arena, ARENA_TOPOLOGY, (size_t)(lattice->leaf_row != NULL ? lattice->most_larger : larger),
-        sizeof *masses->share, "%s/shares of mass", name);
+    masses->share = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->most_larger,
+                                   sizeof *masses->share, "%s/shares of mass", name);
     // Scratch of a change.
     masses->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched vertices");
     masses->group = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "groups of vertices");

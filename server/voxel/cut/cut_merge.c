@@ -273,7 +273,7 @@ static void hand_up(CutLattice *lattice, int element)
             if (node >= 0 && nodes[node] < 0)
                 nodes[node] = old[k];
         }
-        cut_parts_give_row(lattice, child);
+        cut_parts_clear_row(lattice, child);
     }
 }
 

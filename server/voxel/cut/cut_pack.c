@@ -76,20 +76,36 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
 }
 
 // What is left over, in half of a key's bits: 0 to 5 the element in its window, then its class, or
-// its mask and whether it is partly filled.
+// its mask and whether it is partly filled. Of finest cells the class follows from the element.
 enum { REST_BITS = 6 };
 _Static_assert(WINDOW_ELEMENTS == 1 << REST_BITS, "elements of a window");
 
-static uint32_t pack_rest(uint64_t key, int kind, int first)
+// Stores what is left over at a place of its window, which begins at element `first`.
+static void put_rest(CutWindows *windows, int first, int place, uint64_t key, int kind)
 {
+    const int cells = windows->lattice->level_first[1], e = element_of(key) - first;
     const uint32_t sort = (uint32_t)(key >> 32) & (kind == BATCH_PLAIN ? ~0u : 0x7ffffu);
-    return sort << REST_BITS | (uint32_t)(element_of(key) - first);
+    if (first < cells)
+        windows->rest_cell[first + place] = (unsigned char)e;
+    else
+        windows->rest[first - cells + place] = sort << REST_BITS | (uint32_t)e;
 }
 
-static uint64_t unpack_rest(uint32_t rest, int kind, int first)
+// Returns which of a window's elements is left over at a place.
+static int rest_element(const CutWindows *windows, int first, int place)
 {
-    const int e = first + (int)(rest & (WINDOW_ELEMENTS - 1));
-    const uint32_t sort = rest >> REST_BITS;
+    const int cells = windows->lattice->level_first[1];
+    return first + (int)(first < cells
+                             ? windows->rest_cell[first + place]
+                             : windows->rest[first - cells + place] & (WINDOW_ELEMENTS - 1));
+}
+
+static uint64_t rest_key(const CutWindows *windows, int first, int place, int kind)
+{
+    const int cells = windows->lattice->level_first[1], e = rest_element(windows, first, place);
+    if (first < cells)
+        return (uint64_t)cut_windows_class(windows, e) << 32 | (uint64_t)e;
+    const uint32_t sort = windows->rest[first - cells + place] >> REST_BITS;
     const uint64_t vertices =
         kind == BATCH_PLAIN ? 0 : (uint64_t)vertex_count_of(sort & 0x3ffffu) << 19;
     return (vertices | sort) << 32 | (uint64_t)e;
@@ -97,25 +113,25 @@ static uint64_t unpack_rest(uint32_t rest, int kind, int first)
 
 // Merges what the windows of a group leave over, smallest first.
 typedef struct Merge {
+    const CutWindows *windows;
     int kind, count;
-    const uint32_t *next[GROUP_WINDOWS], *end[GROUP_WINDOWS];
-    int first[GROUP_WINDOWS];     // elements of the windows
-    uint64_t head[GROUP_WINDOWS]; // keys of *next
+    int next[GROUP_WINDOWS], end[GROUP_WINDOWS]; // places
+    int first[GROUP_WINDOWS];                    // elements of the windows
+    uint64_t head[GROUP_WINDOWS];                // keys at `next`
 } Merge;
 
 static Merge merge_begin(const CutWindows *windows, int group, int kind)
 {
-    Merge merge = {.kind = kind};
+    Merge merge = {.windows = windows, .kind = kind};
     for (int w = windows->group[group].first; w < windows->group[group].end; w++) {
         const int *count = windows->rest_count[w];
         // What each window leaves is sorted already.
         const int first = windows->lattice->window[w].first;
-        const uint32_t *rest =
-            windows->rest + first + (kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN]);
+        const int rest = kind == BATCH_PLAIN ? 0 : count[BATCH_PLAIN];
         if (count[kind] == 0)
             continue;
         merge.first[merge.count] = first;
-        merge.head[merge.count] = unpack_rest(*rest, kind, first);
+        merge.head[merge.count] = rest_key(windows, first, rest, kind);
         merge.next[merge.count] = rest;
         merge.end[merge.count++] = rest + count[kind];
     }
@@ -141,7 +157,8 @@ static bool merge_next(Merge *merge, uint64_t *key)
         merge->next[best] = merge->next[merge->count];
         merge->end[best] = merge->end[merge->count];
     } else {
-        merge->head[best] = unpack_rest(*merge->next[best], merge->kind, merge->first[best]);
+        merge->head[best] =
+            rest_key(merge->windows, merge->first[best], merge->next[best], merge->kind);
     }
     return true;
 }
@@ -171,7 +188,7 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
     memset(mean, 0, sizeof strain);
     for (int k = 0; k < __builtin_popcount(of->children); k++) {
         memset(strain, 0, sizeof strain);
-        relaxation_take(windows->runs.relaxation, windows->lane[first + k], strain);
+        relaxation_take(windows->runs.relaxation, cut_windows_lane(windows, first + k), strain);
         for (int n = 0; n < RELAXATION_NUMBERS; n++)
             mean[n] += by * cut_shape_cells(lattice, first + k) * strain[n];
     }
@@ -180,14 +197,14 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
 // Stores what an element, or the element from which it was divided, remembers.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
-    if (windows->lane[element] < 0 && windows->lattice->changes.merged_count > 0) {
+    if (cut_windows_lane(windows, element) < 0 && windows->lattice->changes.merged_count > 0) {
         take_mean(windows, element, turns);
         return;
     }
     int from = element;
-    while (from >= 0 && windows->lane[from] < 0)
+    while (from >= 0 && cut_windows_lane(windows, from) < 0)
         from = cut_lattice_parent(windows->lattice, from);
-    const int lane = from < 0 ? 0 : windows->lane[from];
+    const int lane = from < 0 ? 0 : cut_windows_lane(windows, from);
     const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
     double *strain = windows->strain != NULL ? windows->strain[element - turns->base] : NULL;
@@ -213,7 +230,7 @@ static void clear_turns(CutWindows *windows, const BatchRange *range)
 
 static void put_lane(CutWindows *windows, int element, int lane, const Turns *turns)
 {
-    windows->lane[element] = lane;
+    windows->lane[cut_lattice_place_of_row(windows->lattice, element)] = lane;
     if (turns->moved)
         memcpy(windows->runs.last[lane / LANES][lane % LANES], turns->turn[element - turns->base],
                sizeof NO_TURN);
@@ -466,7 +483,7 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
     BatchRange *range = &windows->full[window];
     const bool high = (window - windows->group[windows->group_of[window]].first) % 2 == 0;
     const int first = windows->lattice->window[window].first;
-    uint32_t *rest = windows->rest + first;
+    int rest = 0;
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         const uint64_t *key = leaves->key[kind];
         const int count = leaves->count[kind];
@@ -484,7 +501,7 @@ static void pack_window(CutWindows *windows, int window, const Leaves *leaves, c
                     pack_hanging(windows, fill_next(&fill), key + k, LANES, turns);
                 k += LANES;
             } else {
-                rest[left++] = pack_rest(key[k++], kind, first);
+                put_rest(windows, first, rest + left++, key[k++], kind);
             }
         }
         rest += left;
@@ -556,10 +573,9 @@ static void take_turns(const CutWindows *windows, const WindowGroup *own, const 
         // Of an unchanged window only what it leaves to the group may move.
         if (!windows->is_changed[w]) {
             const int first = windows->lattice->window[w].first;
-            const uint32_t *rest = windows->rest + first;
             const int *count = windows->rest_count[w];
             for (int k = 0; k < count[BATCH_PLAIN] + count[BATCH_HANGING]; k++)
-                take_turn(windows, first + (int)(rest[k] & (WINDOW_ELEMENTS - 1)), turns);
+                take_turn(windows, rest_element(windows, first, k), turns);
             continue;
         }
         const Leaves *here = &leaves[w - own->first];
@@ -596,8 +612,11 @@ void cut_pack(CutWindows *windows, int group, bool moved)
     for (int w = own->first; w < own->end; w++) {
         if (!windows->is_changed[w])
             continue;
-        for (int e = lattice->window[w].first; e < lattice->window[w].end; e++)
-            windows->lane[e] = -1;
+        for (int e = lattice->window[w].first; e < lattice->window[w].end; e++) {
+            const int place = cut_lattice_place_of_row(lattice, e);
+            if (place >= 0)
+                windows->lane[place] = -1;
+        }
         pack_window(windows, w, &leaves[w - own->first], &turns);
     }
     pack_plain_rest(windows, group, &turns);

@@ -23,12 +23,14 @@ typedef struct CutFreeRows {
 
 // Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
-    int points[3];                 // lattice points along the axes, those of larger blocks included
-    int id_points[3];              // those of the cells, of which ids are made
-    int *grid;                     // leaf of each cell, x fastest, with a margin of one void cell
-    int (*point)[3];               // [vertex] its point
-    int *head;                     // [point] the vertex of the highest row there; -1: none
-    int *next;                     // [vertex] another vertex at its point, of a lower row
+    int points[3];    // lattice points along the axes, those of larger blocks included
+    int id_points[3]; // those of the cells, of which ids are made
+    int grid_level;   // 1, or 0: there is no larger element
+    int *grid;       // leaf of each block of that level, x fastest, with a margin of one; -1: void;
+                     // CUT_CELLS: there may be finest cells
+    int (*point)[3]; // [vertex] its point
+    int *head;       // [point] the vertex of the highest row there; -1: none
+    int *next;       // [vertex] another vertex at its point, of a lower row
     unsigned char *bitten;         // [element] has a broken bit in or on it
     int *fresh;                    // [elements above level 0] to be sorted into `wanted`
     unsigned char *listed_element; // [element] bit 0: in changes.element, bit 1: in changes.merged
@@ -40,7 +42,7 @@ typedef struct CutScratch {
     int old[NODE_COUNT];           // vertices of the element that is being divided
     // Of a body that adapts.
     CutFreeRows free;
-    int *spare_row[2], spare_count[2]; // rows of no leaf, of level 0 and larger; `leaf_row`
+    int *spare_row[2], spare_count[2]; // of eight cells that are no leaves, and of larger ones
     int left_larger;          // leaves above level 0 that are none any more, in this change
     unsigned char *is_wanted; // [element] in `wanted`
     bool *is_ended;           // [vertex] in changes.ended
@@ -81,11 +83,28 @@ static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
     return (point[2] * scratch->points[1] + point[1]) * scratch->points[0] + point[0];
 }
 
-// Returns the index of a cell in the grid.
+enum { CUT_CELLS = -2 };
+// Returns the index of the block of a cell in the grid.
 static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)
 {
-    const long nx = lattice->count[0] + 2, ny = lattice->count[1] + 2;
-    return ((k + 1) * ny + j + 1) * nx + i + 1;
+    const int by = lattice->scratch->grid_level, edge = 1 << by;
+    const long nx = (lattice->count[0] >> by) + 2, ny = (lattice->count[1] >> by) + 2;
+    return (((k + edge) >> by) * ny + ((j + edge) >> by)) * nx + ((i + edge) >> by);
+}
+// Returns the leaf of a block of the grid at a cell; -1: void.
+static inline int cut_parts_leaf_in(const CutLattice *lattice, long block, int i, int j, int k)
+{
+    int leaf = lattice->scratch->grid[block];
+    if (leaf == CUT_CELLS) {
+        leaf = cut_lattice_block(lattice, 0, i, j, k);
+        leaf = leaf >= 0 && cut_lattice_is_gone(lattice, leaf) ? -1 : leaf;
+    }
+    return leaf;
+}
+// Returns the leaf at a cell, which may be one beyond the lattice; -1: void.
+static inline int cut_parts_leaf_at(const CutLattice *lattice, int i, int j, int k)
+{
+    return cut_parts_leaf_in(lattice, cut_parts_grid(lattice, i, j, k), i, j, k);
 }
 // Writes a leaf (-1: none) into the cells of its block in the grid.
 void cut_parts_enter(CutLattice *lattice, const int cell[3], int level, int leaf);
@@ -96,9 +115,10 @@ static inline void cut_parts_enter_leaf(CutLattice *lattice, int leaf)
     cut_parts_enter(lattice, place, lattice->element[leaf].level, leaf);
 }
 
-// Gives a new leaf a row, or takes that of one that is none any more; its nodes are -1 then.
+// Gives a new leaf a row.
 void cut_parts_take_row(CutLattice *lattice, int element);
-void cut_parts_give_row(CutLattice *lattice, int element);
+// Sets the nodes of one that is none any more to -1; its row is free when changes are forgotten.
+void cut_parts_clear_row(CutLattice *lattice, int element);
 
 // Returns how many vertices can still come.
 static inline int cut_parts_room(const CutLattice *lattice)
@@ -106,12 +126,13 @@ static inline int cut_parts_room(const CutLattice *lattice)
     return lattice->vertex_capacity - cut_lattice_used(lattice) + lattice->scratch->free.count;
 }
 
-// True if this many leaves may come, of level 0 or larger ones.
+// True if this many leaves may come, larger ones or children of one element.
 static inline bool cut_parts_allow(const CutLattice *lattice, int level, int count)
 {
-    const int cells = lattice->leaf_at_level[0], larger = lattice->leaf_count - cells;
-    return level == 0 ? count <= lattice->most_cells - cells
-                      : count <= lattice->most_larger - larger - lattice->scratch->left_larger;
+    const int larger = lattice->leaf_count - lattice->leaf_at_level[0];
+    if (level == 0)
+        return lattice->family_row == NULL || lattice->scratch->spare_count[0] > 0;
+    return count <= lattice->most_larger - larger - lattice->scratch->left_larger;
 }
 
 void cut_parts_list_element(CutLattice *lattice, int element);

@@ -14,10 +14,17 @@ void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
 
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
 {
-    const long row = lattice->count[0] + 2, layer = row * (lattice->count[1] + 2);
-    const int *low = &lattice->scratch->grid[point[2] * layer + point[1] * row + point[0]];
+    // The block of the lowest cell, and steps to those beside it.
+    const int i = point[0] - 1, j = point[1] - 1, k = point[2] - 1;
+    const int by = lattice->scratch->grid_level;
+    const long row = (lattice->count[0] >> by) + 2, layer = row * ((lattice->count[1] >> by) + 2);
+    const long low = cut_parts_grid(lattice, i, j, k);
+    const long step[3] = {by == 0 || i & 1, by == 0 || j & 1 ? row : 0,
+                          by == 0 || k & 1 ? layer : 0};
     for (int s = 0; s < 8; s++)
-        leaf[s] = low[(s & 1) + (s >> 1 & 1) * row + (s >> 2) * layer];
+        leaf[s] = cut_parts_leaf_in(
+            lattice, low + (s & 1) * step[0] + (s >> 1 & 1) * step[1] + (s >> 2) * step[2],
+            i + (s & 1), j + (s >> 1 & 1), k + (s >> 2));
 }
 
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])

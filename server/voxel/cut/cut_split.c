@@ -191,8 +191,7 @@ void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *ou
     const CutElement *middle = &lattice->element[element];
     const short *at = middle->cell;
     const int step = 1 << (middle->level - 1);
-    // A leaf fills its blocks of the grid, and void is never a part of one. Beyond the lattice, of
-    // which the grid has a margin of one cell, is nothing.
+    // Beyond the lattice, of which the grid has a margin of one cell, is nothing.
     const bool low = at[0] > 0, high = at[0] + 2 * step < lattice->count[0];
     for (int z = 0; z < 4; z++)
         for (int y = 0; y < 4; y++) {
@@ -202,11 +201,10 @@ void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *ou
                 to[0] = to[1] = to[2] = to[3] = -1;
                 continue;
             }
-            const int *row = &lattice->scratch->grid[cut_parts_grid(lattice, at[0], j, k)];
-            to[0] = low ? row[-step] : -1;
-            to[1] = row[0];
-            to[2] = row[step];
-            to[3] = high ? row[2 * step] : -1;
+            to[0] = low ? cut_parts_leaf_at(lattice, at[0] - step, j, k) : -1;
+            to[1] = cut_parts_leaf_at(lattice, at[0], j, k);
+            to[2] = cut_parts_leaf_at(lattice, at[0] + step, j, k);
+            to[3] = high ? cut_parts_leaf_at(lattice, at[0] + 2 * step, j, k) : -1;
         }
 }
 
@@ -275,7 +273,7 @@ static void hand_down(CutLattice *lattice, int element)
         }
     }
     // The parent is no leaf any more.
-    cut_parts_give_row(lattice, element);
+    cut_parts_clear_row(lattice, element);
 }
 
 // Lists the broken faces of a cell that has become a leaf.
@@ -510,11 +508,11 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
         lattice->divided[cell[k]] = 1;
         lattice->leaf_count--;
         lattice->leaf_at_level[0]--;
-        scratch->grid[cut_parts_grid(lattice, at[0], at[1], at[2])] = -1;
+        cut_parts_enter(lattice, (const int[3]){at[0], at[1], at[2]}, 0, -1);
         cut_parts_list_element(lattice, cell[k]);
         for (int c = 0; c < NODE_CORNERS; c++)
             cut_parts_list_lost(lattice, cut_lattice_nodes(lattice, cell[k])[c]);
-        cut_parts_give_row(lattice, cell[k]);
+        cut_parts_clear_row(lattice, cell[k]);
     }
     // Then the vertices at their corners, each point once.
     for (int k = 0; k < count; k++)

@@ -136,8 +136,8 @@ static const TearStress *stress_of(CutTear *tear, const VoxelPass *pass, int ele
     deformation_of(tear, pass->rows, element, c->size, f, pass->stiffening != NULL ? &stiff : NULL);
     // The fast rotation, or the exact one for flat and inverted elements.
     if (!rotation_foam((const double(*)[3])f, STEPS, out->rotation, &trace)) {
-        const double *q =
-            windows->runs.last[windows->lane[element] / LANES][windows->lane[element] % LANES];
+        const int lane = cut_windows_lane(windows, element);
+        const double *q = windows->runs.last[lane / LANES][lane % LANES];
         Quat last = {q[0], q[1], q[2], q[3]};
         rotation_fit((const double(*)[3])f, out->rotation, &last);
     }
@@ -276,7 +276,7 @@ static void test_leaf(CutTear *tear, const VoxelPass *pass, int leaf, TearList *
             at[axis] += side % 2 == 0 ? -1 : edge;
             at[(axis + 1) % 3] += (quarter & 1) * half;
             at[(axis + 2) % 3] += (quarter >> 1) * half;
-            const int other = lattice->scratch->grid[cut_parts_grid(lattice, at[0], at[1], at[2])];
+            const int other = cut_parts_leaf_at(lattice, at[0], at[1], at[2]);
             if (other < 0)
                 continue;
             // A face is tested once, from the side of the smaller leaf.

@@ -19,7 +19,6 @@ static const double SHORTEST = 0.5;
 // Where a fibre that is being traced is: lengths in cells.
 typedef struct Trace {
     int leaf, cell[3];         // which it is about to leave
-    long grid;                 // that cell in the lattice's grid
     double start[3], along[3]; // along: unit
     double way, next[3],
         step[3];   // from the start; to the next planes along each axis; between them
@@ -51,7 +50,6 @@ static double set_out(const CutTension *tension, int square, Trace *trace)
     const bool all = tension->all[element->material - 1];
     const double sign = up == (to[axis] > 0.0) ? -1.0 : 1.0;
     cut_lattice_place(lattice, trace->leaf, trace->cell);
-    trace->grid = cut_parts_grid(lattice, trace->cell[0], trace->cell[1], trace->cell[2]);
     // The planes that it will cross.
     for (int k = 0; k < 3; k++) {
         trace->start[k] = trace->cell[k] + (k == axis ? up : 0.5);
@@ -89,7 +87,7 @@ static void put_point(CutTension *tension, Trace *trace, int leaf, const int cel
     trace->points++;
 }
 
-// Moves to the next face; returns its direction. `cell` and `grid` then are beyond it.
+// Moves to the next face; returns its direction. `cell` then is beyond it.
 static int advance(const CutTension *tension, Trace *trace)
 {
     const CutLattice *lattice = tension->faces->lattice;
@@ -105,11 +103,7 @@ static int advance(const CutTension *tension, Trace *trace)
     trace->way = next[axis];
     trace->next[axis] += trace->step[axis];
     // One cell along the axis.
-    const long stride = axis == 0 ? 1
-                                  : cut_parts_grid(lattice, 0, axis == 1, axis == 2) -
-                                        cut_parts_grid(lattice, 0, 0, 0);
     trace->cell[axis] += up ? 1 : -1;
-    trace->grid += up ? stride : -stride;
     return 2 * axis + up;
 }
 
@@ -151,7 +145,7 @@ static bool trace_fibre(CutTension *tension, int square, int spacing)
         int here[3];
         memcpy(here, trace.cell, sizeof here);
         const int face = advance(tension, &trace), leaf = trace.leaf;
-        int next = lattice->scratch->grid[trace.grid];
+        int next = cut_parts_leaf_at(lattice, trace.cell[0], trace.cell[1], trace.cell[2]);
         if (next >= cells &&
             cut_lattice_cell(lattice, trace.cell[0], trace.cell[1], trace.cell[2]) < 0)
             next = -1; // void in a partly filled leaf

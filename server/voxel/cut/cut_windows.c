@@ -285,6 +285,8 @@ static void find_held(CutWindows *windows)
 static void pack_all(CutWindows *windows)
 {
     const size_t count = (size_t)windows->lattice->window_count;
+    const int lanes = windows->lattice->most_cells + windows->lattice->most_larger;
+    memset(windows->lane, -1, (size_t)lanes * sizeof *windows->lane);
     memset(windows->is_changed, 1, count * sizeof *windows->is_changed);
     if (windows->pool != NULL)
         find_held(windows);
@@ -298,9 +300,12 @@ static void pack_all(CutWindows *windows)
 
 static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
 {
-    const int count = windows->lattice->window_count, elements = windows->lattice->element_count;
-    windows->lane = ALLOCATE(ARENA_TOPOLOGY, elements, int, "element places");
-    windows->rest = ALLOCATE(ARENA_TOPOLOGY, elements, uint32_t, "left over");
+    const CutLattice *lattice = windows->lattice;
+    const int count = lattice->window_count, cells = lattice->level_first[1];
+    windows->lane =
+        ALLOCATE(ARENA_TOPOLOGY, lattice->most_cells + lattice->most_larger, int, "element places");
+    windows->rest_cell = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "cells left over");
+    windows->rest = ALLOCATE(ARENA_TOPOLOGY, lattice->element_count - cells, uint32_t, "left over");
     windows->rest_count = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)count,
                                          sizeof *windows->rest_count, "%s/left over counts", name);
     windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
@@ -429,7 +434,7 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
                 continue;
             const CutWindow *window = &windows->lattice->window[w];
             for (int e = window->first; e < window->end; e++) {
-                const int lane = windows->lane[e];
+                const int lane = cut_windows_lane(windows, e);
                 if (lane >= 0 && (high[lane / LANES] >> lane % LANES & 1))
                     element[count++] = e;
             }

@@ -89,11 +89,12 @@ typedef struct CutWindows {
                                          // holds for all
     RestTable *tables;                   // [hanging] with tables of their own
     ElementClass *classes; // those of the options, then those of partly filled elements; NULL: none
-    int *lane; // [element] batch * LANES + lane, hanging batches numbered after the plain ones;
-               // -1: not a leaf
-    // What a window leaves to its group: plain ones, then hanging ones, ascending keys, packed
-    // (cut_pack.c), starting at the window's first element.
-    uint32_t *rest;                 // [element]
+    int *lane; // [cut_lattice_place_of_row] batch * LANES + lane, hanging batches numbered after
+               // the plain ones; -1: not a leaf
+    // What a window leaves to its group: plain ones, then hanging ones, ascending keys, starting at
+    // the window's first element: which of its elements, or (cut_pack.c) packed keys.
+    unsigned char *rest_cell;       // [element of level 0]
+    uint32_t *rest;                 // [element - level_first[1]]
     int (*rest_count)[BATCH_KINDS]; // [window]
 
     // --- within an update ---
@@ -117,6 +118,13 @@ static inline int cut_windows_class(const CutWindows *windows, int element)
     const int own =
         windows->own_class != NULL && element >= first ? windows->own_class[element - first] : -1;
     return own >= 0 ? own : cut_windows_class_of_whole(windows, element);
+}
+
+// Returns the lane of an element; -1: it is no leaf.
+static inline int cut_windows_lane(const CutWindows *windows, int element)
+{
+    const int place = cut_lattice_place_of_row(windows->lattice, element);
+    return place < 0 ? -1 : windows->lane[place];
 }
 
 // Load time. Packs everything; rotations start at none, and are added to the state.

@@ -243,7 +243,7 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
     int inherited = 0;
     for (int e = 0; e < lattice->element_count; e++) {
         owner[e] = e;
-        const int place = windows->lane[e];
+        const int place = cut_windows_lane(windows, e);
         if (place >= 0)
             rotation_of(e, windows->runs.last[place / LANES][place % LANES]);
     }
@@ -251,7 +251,7 @@ TEST(rotations_go_along_with_elements_and_to_their_children)
         change(&world, &random);
         int used = 0, turned = 0;
         for (int e = lattice->element_count - 1; e >= 0; e--) { // parents before their children
-            const int parent = cut_lattice_parent(lattice, e), place = windows->lane[e];
+            const int parent = cut_lattice_parent(lattice, e), place = cut_windows_lane(windows, e);
             if (parent >= 0 && lattice->divided[parent] && owner[e] == e) {
                 owner[e] = owner[parent];
                 inherited++;
