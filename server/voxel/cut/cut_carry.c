@@ -477,7 +477,7 @@ int cut_carry_corner(const CutLattice *lattice, int cell, int corner)
     const int point[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};
     const unsigned cells = cut_carry_cells(lattice, point, 7 - corner);
     // Its anchor is the lowest of its cells.
-    int v = scratch->head[cut_parts_index(scratch, point)];
+    int v = cut_parts_first(scratch, cut_parts_index(scratch, point));
     while (v >= 0 && (cells == 0 || lattice->anchor[v] != __builtin_ctz(cells)))
         v = scratch->next[v];
     return v;

@@ -336,7 +336,7 @@ static bool follow_ends(CutFaces *faces)
         const CutScratch *scratch = lattice->scratch;
         int point[3];
         cut_lattice_point(lattice, vertex, point);
-        for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v]) {
+        for (int v = cut_parts_first(scratch, cut_parts_index(scratch, point)); v >= 0; v = scratch->next[v]) {
             if (faces->copied_from[v] != vertex)
                 continue;
             faces->copied_from[v] = faces->copied_from[vertex];

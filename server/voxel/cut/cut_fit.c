@@ -189,7 +189,7 @@ static void enter_point(CutFit *fit, const CutMoved *at)
 static void set_offsets(CutFit *fit, int index)
 {
     const CutScratch *scratch = fit->lattice->scratch;
-    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+    for (int v = cut_parts_first(scratch, index); v >= 0; v = scratch->next[v])
         if (cut_fit_is_node(fit, v))
             memcpy(fit->offset[row_for(fit, v)], fit->point_offset[index], sizeof *fit->offset);
 }
@@ -227,7 +227,7 @@ static void choose_diagonals(CutFit *fit, int index)
 {
     const CutScratch *scratch = fit->lattice->scratch;
     const CutFaces *faces = fit->faces;
-    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+    for (int v = cut_parts_first(scratch, index); v >= 0; v = scratch->next[v])
         for (int k = faces->start[v]; k < faces->end[v]; k++) {
             const int square = faces->list[k] / 2;
             if (fit->seen_square[square] != fit->seen)
@@ -255,7 +255,7 @@ static void list_point(CutFit *fit, const int point[3])
     if (fit->is_listed[index])
         return;
     bool shown = false;
-    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+    for (int v = cut_parts_first(scratch, index); v >= 0; v = scratch->next[v])
         shown |= cut_fit_is_node(fit, v);
     if (!shown)
         return;

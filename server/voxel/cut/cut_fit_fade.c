@@ -132,7 +132,7 @@ void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at)
     CutFade begun[8];
     Around around;
     find_around(fit, row, at, &around);
-    for (int v = scratch->head[at->index]; v >= 0; v = scratch->next[v]) {
+    for (int v = cut_parts_first(scratch, at->index); v >= 0; v = scratch->next[v]) {
         double before[3], after[3], square = 0.0;
         if (!cut_fit_is_node(fit, v))
             continue;

@@ -3,6 +3,7 @@
 // the bits.
 #include "voxel/cut/cut_parts.h"
 
+#include "base/bits.h"
 #include "base/check.h"
 
 #include <limits.h>
@@ -201,7 +202,6 @@ static void create_scratch_of_merging(CutLattice *lattice, const char *name, Are
 {
     CutScratch *scratch = lattice->scratch;
     const int elements = lattice->element_count, cells = lattice->level_first[1];
-    scratch->is_wanted = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "wanted elements");
     scratch->is_ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "ended vertices");
     lattice->changes.merged = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "merged elements");
     lattice->changes.ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutEnd, "ends");
@@ -233,16 +233,20 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         "leaves of blocks");
     scratch->point = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->vertex_capacity,
                                     sizeof *scratch->point, "%s/%s", name, "points of vertices");
-    scratch->head = ALLOCATE(ARENA_TOPOLOGY, points, int, "first vertices");
+    // At most half of the places are taken.
+    while (scratch->head_bits < 31 && 1L << scratch->head_bits < 2L * lattice->vertex_capacity)
+        scratch->head_bits++;
+    if (1L << scratch->head_bits >= points)
+        scratch->head_bits = 0;
+    scratch->head_count = scratch->head_bits == 0 ? points : 1L << scratch->head_bits;
+    scratch->head = ALLOCATE(ARENA_TOPOLOGY, scratch->head_count, int, "first vertices");
     scratch->next = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, int, "next vertices");
-    scratch->visited = ALLOCATE(ARENA_TOPOLOGY, points, unsigned char, "visited points");
+    scratch->visited = ALLOCATE(ARENA_TOPOLOGY, bits_words(points), uint64_t, "visited points");
     if (lattice->removable)
         scratch->is_lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "lost");
     // What a change marks.
-    scratch->bitten = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "bitten elements");
     scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
-    scratch->listed_element = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "listed elements");
-    scratch->listed_face = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "listed faces");
+    scratch->mark = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "marks of elements");
     // Tables of a divided element.
     for (int at = 0; at < 27; at++)
         scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
@@ -491,9 +495,9 @@ int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
 
 void cut_parts_list_element(CutLattice *lattice, int element)
 {
-    if (lattice->scratch->listed_element[element] & 1)
+    if (lattice->scratch->mark[element] & CUT_LISTED)
         return;
-    lattice->scratch->listed_element[element] |= 1;
+    lattice->scratch->mark[element] |= CUT_LISTED;
     lattice->changes.element[lattice->changes.element_count++] = element;
 }
 
@@ -507,10 +511,11 @@ void cut_parts_list_lost(CutLattice *lattice, int vertex)
 
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis)
 {
-    unsigned char *listed = &lattice->scratch->listed_face[cell];
-    if (*listed >> axis & 1)
+    unsigned char *mark = &lattice->scratch->mark[cell];
+    const unsigned char listed = (unsigned char)(CUT_FACE << axis);
+    if (*mark & listed)
         return;
-    *listed |= (unsigned char)(1 << axis);
+    *mark |= listed;
     int *face = lattice->changes.face[lattice->changes.face_count++];
     face[0] = cell;
     face[1] = axis;
@@ -538,11 +543,11 @@ void cut_lattice_forget_changes(CutLattice *lattice)
 {
     CutChanges *changes = &lattice->changes;
     for (int i = 0; i < changes->element_count; i++) {
-        lattice->scratch->listed_element[changes->element[i]] = 0;
+        lattice->scratch->mark[changes->element[i]] &= (unsigned char)~(CUT_LISTED | CUT_MERGED);
         free_rows(lattice, changes->element[i]);
     }
     for (int i = 0; i < changes->face_count; i++)
-        lattice->scratch->listed_face[changes->face[i][0]] = 0;
+        lattice->scratch->mark[changes->face[i][0]] &= (unsigned char)~CUT_FACES;
     for (int i = 0; i < changes->lost_count; i++)
         lattice->scratch->is_lost[changes->lost[i]] = false;
     cut_points_free_ended(lattice);
@@ -553,11 +558,6 @@ void cut_lattice_forget_changes(CutLattice *lattice)
 
 // ---------------------------------------------------------------------------------------------
 // Everything is derived from the bits: at load, and after the state was replaced. Step thread
-
-static int point_count(const CutScratch *scratch)
-{
-    return scratch->points[0] * scratch->points[1] * scratch->points[2];
-}
 
 // True if nothing that touches a block, which is a leaf or gone, is more than one level larger.
 static bool is_balanced(const CutLattice *lattice, int element)
@@ -739,9 +739,8 @@ static void enter_leaves(CutLattice *lattice)
 static void find_wanted(CutLattice *lattice)
 {
     CutScratch *scratch = lattice->scratch;
-    memset(scratch->bitten, 0, (size_t)lattice->element_count * sizeof *scratch->bitten);
-    if (lattice->adapts)
-        memset(scratch->is_wanted, 0, (size_t)lattice->element_count * sizeof *scratch->is_wanted);
+    for (int e = 0; e < lattice->element_count; e++)
+        scratch->mark[e] &= (unsigned char)~(CUT_BITTEN | CUT_WANTED);
     lattice->wanted_count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
@@ -793,7 +792,7 @@ static bool find_vertices(CutLattice *lattice)
 {
     CutScratch *scratch = lattice->scratch;
     // List the vertices by their points.
-    memset(scratch->head, -1, (size_t)point_count(scratch) * sizeof *scratch->head);
+    memset(scratch->head, -1, (size_t)scratch->head_count * sizeof *scratch->head);
     if (!lattice->removable)
         cut_points_find_anchors(lattice);
     for (int v = 0; v < cut_lattice_used(lattice); v++)

@@ -244,7 +244,7 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
         return false;
     const int first = cut_lattice_first_child(lattice, element);
     for (int c = first; c < first + __builtin_popcount(parent->children); c++)
-        if (lattice->divided[c] || scratch->listed_element[c] & 2)
+        if (lattice->divided[c] || scratch->mark[c] & CUT_MERGED)
             return false;
     // Where a child must be divided the element must be, too. It has at most one vertex more at
     // each of its corners in void.
@@ -296,7 +296,7 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     for (int c = first; c < first + children; c++)
         cut_parts_list_element(lattice, c);
     lattice->changes.merged[lattice->changes.merged_count++] = element;
-    lattice->scratch->listed_element[element] |= 2;
+    lattice->scratch->mark[element] |= CUT_MERGED;
     // Vertices between the children end, and corners in void come.
     cut_split_visit(lattice, element);
 }

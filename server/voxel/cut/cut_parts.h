@@ -21,6 +21,16 @@ typedef struct CutFreeRows {
     uint64_t *bits[FREE_LEVELS];
 } CutFreeRows;
 
+// Bits of an element.
+enum CutMark {
+    CUT_LISTED = 1, // in changes.element
+    CUT_MERGED = 2, // in changes.merged
+    CUT_BITTEN = 4, // has a broken bit in or on it
+    CUT_WANTED = 8, // in `wanted`; of a body that adapts
+    CUT_FACE = 16,  // of a finest cell, times 2^axis: its face is in changes.face
+    CUT_FACES = 7 * CUT_FACE
+};
+
 // Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
     int points[3];    // lattice points along the axes, those of larger blocks included
@@ -29,23 +39,22 @@ typedef struct CutScratch {
     int *grid;       // leaf of each block of that level, x fastest, with a margin of one; -1: void;
                      // CUT_CELLS: there may be finest cells
     int (*point)[3]; // [vertex] its point
-    int *head;       // [point] the vertex of the highest row there; -1: none
-    int *next;       // [vertex] another vertex at its point, of a lower row
-    unsigned char *bitten;         // [element] has a broken bit in or on it
-    int *fresh;                    // [elements above level 0] to be sorted into `wanted`
-    unsigned char *listed_element; // [element] bit 0: in changes.element, bit 1: in changes.merged
-    unsigned char *listed_face;    // [cell] axes in changes.face
-    unsigned char *visited;        // [point] within a call
-    bool *is_lost;                 // [vertex] in changes.lost
-    signed char node_at[27];       // node by offset x + 3 y + 9 z; -1: the centre
-    CutParents parents[27];        // by offset, likewise
-    int old[NODE_COUNT];           // vertices of the element that is being divided
+    long head_count;
+    int head_bits;       // 0: every point has a place in `head`, else 2^head_bits places by hash
+    int *head;           // the vertex of the highest row at a point; -1: none
+    int *next;           // [vertex] another vertex at its point, of a lower row
+    int *fresh;          // [elements above level 0] to be sorted into `wanted`
+    unsigned char *mark; // [element] CutMark
+    uint64_t *visited;   // [point] bits, within a call
+    bool *is_lost;       // [vertex] in changes.lost
+    signed char node_at[27]; // node by offset x + 3 y + 9 z; -1: the centre
+    CutParents parents[27];  // by offset, likewise
+    int old[NODE_COUNT];     // vertices of the element that is being divided
     // Of a body that adapts.
     CutFreeRows free;
     int *spare_row[2], spare_count[2]; // of eight cells that are no leaves, and of larger ones
-    int left_larger;          // leaves above level 0 that are none any more, in this change
-    unsigned char *is_wanted; // [element] in `wanted`
-    bool *is_ended;           // [vertex] in changes.ended
+    int left_larger; // leaves above level 0 that are none any more, in this change
+    bool *is_ended;  // [vertex] in changes.ended
 } CutScratch;
 
 static inline int cut_parts_block(const CutLattice *lattice, int level, int i, int j, int k)
@@ -81,6 +90,28 @@ static inline int *cut_parts_nodes(CutLattice *lattice, int element)
 static inline int cut_parts_index(const CutScratch *scratch, const int point[3])
 {
     return (point[2] * scratch->points[1] + point[1]) * scratch->points[0] + point[0];
+}
+
+// Returns where the place of a point is in `head`, unless one before has taken it.
+static inline unsigned cut_parts_home(const CutScratch *scratch, int index)
+{
+    return scratch->head_bits == 0 ? (unsigned)index
+                                   : (unsigned)index * 0x9e3779b1u >> (32 - scratch->head_bits);
+}
+// Returns the place of a point in `head`, or the free one that it can have.
+static inline unsigned cut_parts_head(const CutScratch *scratch, int index)
+{
+    unsigned at = cut_parts_home(scratch, index);
+    const unsigned mask = (1u << scratch->head_bits) - 1;
+    while (mask != 0 && scratch->head[at] >= 0 &&
+           cut_parts_index(scratch, scratch->point[scratch->head[at]]) != index)
+        at = (at + 1) & mask;
+    return at;
+}
+// Returns the vertex of the highest row at a point; -1: there is none.
+static inline int cut_parts_first(const CutScratch *scratch, int index)
+{
+    return scratch->head[cut_parts_head(scratch, index)];
 }
 
 enum { CUT_CELLS = -2 };

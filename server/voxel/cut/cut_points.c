@@ -133,7 +133,7 @@ static int anchor_of(const CutAround *around, int part)
 // Returns the vertex at a point whose part has this anchor; -1: none.
 static int find_vertex(const CutLattice *lattice, int index, int anchor)
 {
-    int v = lattice->scratch->head[index];
+    int v = cut_parts_first(lattice->scratch, index);
     while (v >= 0 && lattice->anchor[v] != anchor)
         v = lattice->scratch->next[v];
     return v;
@@ -218,7 +218,8 @@ void cut_points_find_anchors(CutLattice *lattice)
 // vertices end does not depend on when they came.
 static void enter_list(CutScratch *scratch, int vertex)
 {
-    int *at = &scratch->head[cut_parts_index(scratch, scratch->point[vertex])];
+    const int index = cut_parts_index(scratch, scratch->point[vertex]);
+    int *at = &scratch->head[cut_parts_head(scratch, index)];
     while (*at > vertex)
         at = &scratch->next[*at];
     scratch->next[vertex] = *at;
@@ -231,13 +232,31 @@ void cut_points_add(CutLattice *lattice, int vertex)
     enter_list(lattice->scratch, vertex);
 }
 
+// Frees a place of a point without vertices: those behind it that had to go round it come nearer.
+static void free_head(CutScratch *scratch, unsigned hole)
+{
+    const unsigned mask = (1u << scratch->head_bits) - 1;
+    for (unsigned at = (hole + 1) & mask; mask != 0 && scratch->head[at] >= 0;
+         at = (at + 1) & mask) {
+        const int index = cut_parts_index(scratch, scratch->point[scratch->head[at]]);
+        if (((at - cut_parts_home(scratch, index)) & mask) < ((at - hole) & mask))
+            continue;
+        scratch->head[hole] = scratch->head[at];
+        hole = at;
+    }
+    scratch->head[hole] = -1;
+}
+
 static void leave_list(CutLattice *lattice, int vertex)
 {
     CutScratch *scratch = lattice->scratch;
-    int *at = &scratch->head[cut_parts_index(scratch, scratch->point[vertex])];
+    const unsigned head = cut_parts_head(scratch, cut_parts_index(scratch, scratch->point[vertex]));
+    int *at = &scratch->head[head];
     while (*at != vertex)
         at = &scratch->next[*at];
     *at = scratch->next[vertex];
+    if (scratch->head[head] < 0)
+        free_head(scratch, head);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -459,7 +478,7 @@ static int existing_vertex(CutLattice *lattice, const CutAround *around, int par
 static void end_vertices(CutLattice *lattice, int index, const int vertex[8], int of)
 {
     CutScratch *scratch = lattice->scratch;
-    for (int v = scratch->head[index], next; v >= 0; v = next) {
+    for (int v = cut_parts_first(scratch, index), next; v >= 0; v = next) {
         next = scratch->next[v];
         bool has = lattice->anchor[v] < 0 || cut_lattice_is_carried(lattice, v);
         for (int p = 0; p < 8; p++)
@@ -556,7 +575,8 @@ int cut_points_present(const CutLattice *lattice, const int point[3])
 {
     const CutScratch *scratch = lattice->scratch;
     int count = 0;
-    for (int v = scratch->head[cut_parts_index(scratch, point)]; v >= 0; v = scratch->next[v])
+    for (int v = cut_parts_first(scratch, cut_parts_index(scratch, point)); v >= 0;
+         v = scratch->next[v])
         count += lattice->anchor[v] >= 0;
     return count;
 }

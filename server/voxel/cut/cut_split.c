@@ -3,6 +3,7 @@
 #include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
+#include "base/bits.h"
 #include "base/check.h"
 
 #include <string.h>
@@ -19,11 +20,11 @@ static bool goes_before(const CutLattice *lattice, int a, int b)
 
 static void want(CutLattice *lattice, int element)
 {
-    unsigned char *is_wanted = lattice->scratch->is_wanted;
-    if (lattice->adapts && is_wanted[element])
+    unsigned char *mark = &lattice->scratch->mark[element];
+    if (lattice->adapts && (*mark & CUT_WANTED))
         return;
     if (lattice->adapts)
-        is_wanted[element] = 1;
+        *mark |= CUT_WANTED;
     lattice->wanted[lattice->wanted_count++] = element;
 }
 
@@ -43,7 +44,7 @@ static bool joins_bitten(const CutLattice *lattice, int element)
 {
     for (int n = 0; n < 27 && !lattice->element[element].whole; n++) {
         const int around = beside(lattice, element, n);
-        if (around >= 0 && lattice->scratch->bitten[around])
+        if (around >= 0 && (lattice->scratch->mark[around] & CUT_BITTEN))
             return true;
     }
     return false;
@@ -51,7 +52,7 @@ static bool joins_bitten(const CutLattice *lattice, int element)
 
 bool cut_split_must(const CutLattice *lattice, int element)
 {
-    return lattice->scratch->bitten[element] ||
+    return cut_lattice_is_bitten(lattice, element) ||
            (lattice->adapts &&
             (!lattice->element[element].mergeable || joins_bitten(lattice, element)));
 }
@@ -67,9 +68,9 @@ static void want_around(CutLattice *lattice, int element)
 
 void cut_split_bite(CutLattice *lattice, int cell)
 {
-    unsigned char *bitten = lattice->scratch->bitten;
-    for (int e = cell; e >= 0 && !bitten[e]; e = cut_lattice_parent(lattice, e)) {
-        bitten[e] = 1;
+    unsigned char *mark = lattice->scratch->mark;
+    for (int e = cell; e >= 0 && !(mark[e] & CUT_BITTEN); e = cut_lattice_parent(lattice, e)) {
+        mark[e] |= CUT_BITTEN;
         if (cut_parts_is_cell(lattice, e))
             continue;
         if (cut_lattice_is_leaf(lattice, e))
@@ -88,7 +89,7 @@ void cut_split_find_others(CutLattice *lattice)
 
 bool cut_lattice_is_bitten(const CutLattice *lattice, int element)
 {
-    return lattice->scratch->bitten[element];
+    return lattice->scratch->mark[element] & CUT_BITTEN;
 }
 
 static void sift(const CutLattice *lattice, int *heap, int count, int at)
@@ -169,9 +170,9 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
         for (int c = 0; c < 4 && cut_lattice_is_open(lattice, face[f][0], face[f][1]); c++) {
             corner_of_face(lattice, face[f][0], face[f][1], c, point);
             const int index = cut_parts_index(scratch, point);
-            if (scratch->visited[index])
+            if (bits_has(scratch->visited, index))
                 continue;
-            scratch->visited[index] = 1;
+            bits_add(scratch->visited, index);
             cut_lattice_around(lattice, point, leaf);
             cut_points_visit(lattice, point, leaf, -1);
         }
@@ -179,7 +180,7 @@ void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count)
     for (int f = 0; f < count; f++)
         for (int c = 0; c < 4; c++) {
             corner_of_face(lattice, face[f][0], face[f][1], c, point);
-            scratch->visited[cut_parts_index(scratch, point)] = 0;
+            bits_remove(scratch->visited, cut_parts_index(scratch, point));
         }
 }
 
@@ -388,7 +389,7 @@ static void keep_wanted(CutLattice *lattice, int before)
         if (!lattice->divided[lattice->wanted[w]])
             lattice->wanted[kept++] = lattice->wanted[w];
         else if (lattice->adapts)
-            lattice->scratch->is_wanted[lattice->wanted[w]] = 0;
+            lattice->scratch->mark[lattice->wanted[w]] &= (unsigned char)~CUT_WANTED;
     }
     lattice->wanted_count = kept;
     if (appended)
@@ -418,7 +419,7 @@ int cut_lattice_divide(CutLattice *lattice, const int *element, int count)
     const int before = lattice->wanted_count;
     int divided = 0;
     for (int k = 0; k < count; k++)
-        if (cut_lattice_is_leaf(lattice, element[k]) && !lattice->scratch->bitten[element[k]])
+        if (cut_lattice_is_leaf(lattice, element[k]) && !cut_lattice_is_bitten(lattice, element[k]))
             divided += divide_in_order(lattice, element[k]);
     keep_wanted(lattice, before);
     return divided;
@@ -476,13 +477,13 @@ static void leave_point(CutLattice *lattice, const int point[3])
 {
     CutScratch *scratch = lattice->scratch;
     const int index = cut_parts_index(scratch, point);
-    if (scratch->visited[index])
+    if (bits_has(scratch->visited, index))
         return;
-    scratch->visited[index] = 1;
+    bits_add(scratch->visited, index);
     int leaf[8];
     cut_lattice_around(lattice, point, leaf);
     cut_points_visit(lattice, point, leaf, -1);
-    for (int v = scratch->head[index]; v >= 0; v = scratch->next[v])
+    for (int v = cut_parts_first(scratch, index); v >= 0; v = scratch->next[v])
         if (lattice->anchor[v] >= 0 && lattice->anchor[v] < 8 && leaf[lattice->anchor[v]] < 0)
             lattice->anchor[v] = -1;
 }
@@ -523,6 +524,6 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
     for (int k = 0; k < count; k++)
         for (int c = 0; c < NODE_CORNERS; c++) {
             corner_of_cell(lattice, cell[k], c, point);
-            scratch->visited[cut_parts_index(scratch, point)] = 0;
+            bits_remove(scratch->visited, cut_parts_index(scratch, point));
         }
 }
