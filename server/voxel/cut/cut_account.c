@@ -3,6 +3,7 @@
 #include "voxel/cut/cut_account.h"
 
 #include "base/check.h"
+#include "base/sets.h"
 #include "geometry/nearest.h"
 #include "voxel/model.h"
 
@@ -85,19 +86,23 @@ const BodySections *cut_account_sections(CutAccount *account)
     return &account->sections;
 }
 
+static int tissue_of(const CutAccount *account, int cell)
+{
+    return account->pieces->lattice->element[cell].material - 1;
+}
+
 void cut_account_count(CutAccount *account)
 {
     const CutPieces *pieces = account->pieces;
     memset(account->sum, 0, (size_t)*pieces->count * sizeof *account->sum);
-    for (int c = 0; c < pieces->cell_count; c++)
-        if (!cut_lattice_is_gone(pieces->lattice, c))
-            account->sum[cut_pieces_of(pieces, c)] += account->held[c];
+    for (int k = 0; k < account->held_count; k++)
+        if (!cut_lattice_is_gone(pieces->lattice, account->held[k].cell))
+            account->sum[cut_pieces_of(pieces, account->held[k].cell)] += account->held[k].corners;
     account->main_piece = find_main(account);
     memset(account->attached, 0, (size_t)account->tissue_count * sizeof *account->attached);
     for (int c = 0; c < pieces->cell_count; c++)
-        if (!cut_lattice_is_gone(pieces->lattice, c) &&
-            cut_pieces_of(pieces, c) == account->main_piece)
-            account->attached[account->tissue[c]]++;
+        if (account->main_piece >= 0 && cut_pieces_of(pieces, c) == account->main_piece)
+            account->attached[tissue_of(account, c)]++;
     publish(account);
 }
 
@@ -211,9 +216,11 @@ void cut_account_remove(CutAccount *account, const int *cell, int count)
     const CutPieces *pieces = account->pieces;
     for (int k = 0; k < count; k++) {
         const int piece = cut_pieces_of(pieces, cell[k]);
-        account->sum[piece] -= account->held[cell[k]];
+        const HeldCell *held = bsearch(&cell[k], account->held, (size_t)account->held_count,
+                                       sizeof *held, compare_ints);
+        account->sum[piece] -= held != NULL ? held->corners : 0;
         if (piece == account->main_piece)
-            account->attached[account->tissue[cell[k]]]--;
+            account->attached[tissue_of(account, cell[k])]--;
         approach_cell(account, cell[k]);
     }
 }
@@ -268,7 +275,7 @@ void cut_account_visit(CutAccount *account, const Rows *rows, const void *row, V
         const WatchedRegion *watch = &account->watch[r];
         const bool inside = watch->material == 0
                                 ? fixed_contains(&watch->region, rest)
-                                : cell >= 0 && account->tissue[cell] == watch->material - 1;
+                                : cell >= 0 && tissue_of(account, cell) == watch->material - 1;
         account->region[r].visits += inside;
         account->regions[r].visits += inside;
         account->sections.visits += inside;
@@ -311,11 +318,8 @@ static void create_tissues(CutAccount *account, const VoxelMaking *making, const
     const int count = options->material_count;
     account->at_load = ALLOCATE(ARENA_OUTPUT, count, int64_t, "cells by tissue");
     account->attached = ALLOCATE(ARENA_OUTPUT, count, int64_t, "cells attached");
-    account->tissue = ALLOCATE(ARENA_OUTPUT, pieces->cell_count, unsigned char, "tissues");
-    for (int c = 0; c < pieces->cell_count; c++) {
-        account->tissue[c] = (unsigned char)(pieces->lattice->element[c].material - 1);
-        account->at_load[account->tissue[c]]++;
-    }
+    for (int c = 0; c < pieces->cell_count; c++)
+        account->at_load[tissue_of(account, c)]++;
     account->tissues = ALLOCATE(ARENA_OUTPUT, count, TissueAccount, "tissue accounts");
     for (int m = 0; m < count; m++) {
         const char *tissue = options->tissue != NULL ? options->tissue[m] : name;
@@ -327,23 +331,32 @@ static void create_tissues(CutAccount *account, const VoxelMaking *making, const
     account->tissue_count = count;
 }
 
-// Counts the fixed corners of each cell.
+// Lists the cells that have fixed corners.
 static void hold_cells(CutAccount *account, const unsigned char *held, const char *name,
                        Arena *arena)
 {
     const CutLattice *lattice = account->pieces->lattice;
     const int *n = lattice->lattice_count, cells = account->pieces->cell_count;
-    account->held = ALLOCATE(ARENA_OUTPUT, cells, unsigned char, "fixed corners");
-    for (int c = 0; c < cells; c++)
-        for (int corner = 0; corner < 8; corner++) {
-            const short *at = lattice->element[c].cell;
-            const long point =
-                ((long)(at[2] + (corner >> 2)) * (n[1] + 1) + at[1] + (corner >> 1 & 1)) *
-                    (n[0] + 1) +
-                at[0] + (corner & 1);
-            // Seen from the point, the cell is in the opposite slot.
-            account->held[c] += held[point] >> (7 - corner) & 1;
+    for (int pass = 0; pass < 2; pass++) { // counts, then lists
+        account->held_count = 0;
+        for (int c = 0; c < cells; c++) {
+            int corners = 0;
+            for (int corner = 0; corner < 8; corner++) {
+                const short *at = lattice->element[c].cell;
+                const long point =
+                    ((long)(at[2] + (corner >> 2)) * (n[1] + 1) + at[1] + (corner >> 1 & 1)) *
+                        (n[0] + 1) +
+                    at[0] + (corner & 1);
+                // Seen from the point, the cell is in the opposite slot.
+                corners += held[point] >> (7 - corner) & 1;
+            }
+            if (corners > 0 && pass == 1)
+                account->held[account->held_count] = (HeldCell){c, corners};
+            account->held_count += corners > 0;
         }
+        if (pass == 0)
+            account->held = ALLOCATE(ARENA_OUTPUT, account->held_count, HeldCell, "fixed cells");
+    }
 }
 
 // Finds for each cell the nearest one of a material.
@@ -356,7 +369,7 @@ static void find_nearest(const CutAccount *account, int material, int *to)
     int *nearest = malloc(blocks * sizeof *nearest);
     ASSERT(marked != NULL && nearest != NULL);
     for (size_t b = 0; b < blocks; b++)
-        marked[b] = cell[b] >= 0 && account->tissue[cell[b]] == material;
+        marked[b] = cell[b] >= 0 && tissue_of(account, cell[b]) == material;
     nearest_marked(n, marked, nearest);
     for (size_t b = 0; b < blocks; b++)
         if (cell[b] >= 0)

@@ -18,13 +18,18 @@ typedef struct CutAccountRegion {
     int64_t visits;
 } CutAccountRegion;
 
+// A cell of which corners are fixed.
+typedef struct HeldCell {
+    int cell, corners;
+} HeldCell;
+
 typedef struct CutAccount {
     // --- constant ---
     const CutPieces *pieces;
-    double size;           // of a cell [m]
-    unsigned char *tissue; // [cell] its material
-    unsigned char *held;   // [cell] corners that are fixed
-    int64_t *at_load;      // [material] cells
+    double size;    // of a cell [m]
+    HeldCell *held; // [held_count] with fixed corners, by their cells
+    int held_count;
+    int64_t *at_load; // [material] cells
     const WatchedRegion *watch;
     int **nearest; // [region][cell] nearest cell of the region; NULL: it is a box or a sphere
     Vec3 origin, along[3]; // of the lattice: world frame [m], and its axes, a cell long

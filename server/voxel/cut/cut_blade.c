@@ -135,7 +135,7 @@ static CutVerdict find(CutBlades *blades, const void *row, double tick, const Cu
         return CUT_MET_NOTHING;
     // A stroke begins, and without memory goes on, at the first of these edges.
     const BladeEdge edge[2] = {begins ? sweep->after : sweep->before, sweep->after};
-    blades->place_count = 0;
+    cut_near_forget_places(blades);
     const CutVerdict verdict = link_finder_check(&blades->links, edge, 2);
     if (verdict != CUT_DONE)
         return verdict;
@@ -172,7 +172,10 @@ static void create_scratch(CutBlades *blades, const char *name, bool sparse, Are
     blades->code = ALLOCATE(ARENA_CONTACT, places, unsigned char, "codes");
     if (!sparse)
         return;
-    blades->place_of = ALLOCATE(ARENA_CONTACT, blades->cell_count, int, "places of cells");
+    while (1L << blades->place_bits < 2L * blades->place_most)
+        blades->place_bits++;
+    blades->place_at = ALLOCATE(ARENA_CONTACT, 1L << blades->place_bits, int, "places of cells");
+    memset(blades->place_at, -1, sizeof(int) << blades->place_bits);
     blades->cell_at = ALLOCATE(ARENA_CONTACT, places, int, "cells looked at");
 }
 

@@ -56,8 +56,10 @@ typedef struct CutBlades {
     CutCrossing *crossing;   // [hit_most] where they were met; NULL: not wanted
 
     // --- scratch ---
-    // Cells that a sweep has looked at; place_of: NULL where every cell has its own place.
-    int *place_of, *cell_at;     // [cell] its place, if it is that of cell_at [place_most]
+    // Cells that a sweep has looked at, where not every cell has its own place.
+    int *cell_at;                // [place_most] cell of a place
+    int *place_at;               // [2^place_bits] place of a cell, by hash; -1: free. NULL: its own
+    int place_bits;              // twice as many as places
     int place_count, place_most; // as many as there are cells
     BladeMemory whole;           // [place] memory for commands
     int (*before)[3];            // [place] centre at the start of the tick, in units of q

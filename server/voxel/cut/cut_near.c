@@ -181,10 +181,33 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
 // ---------------------------------------------------------------------------------------------
 // Previous and current centres of cells
 
+// Returns where the place of a cell is, or the free slot for it.
+static int *slot_of(const CutBlades *blades, int cell)
+{
+    const unsigned mask = (1u << blades->place_bits) - 1;
+    unsigned at = (unsigned)cell * 0x9e3779b1u >> (32 - blades->place_bits);
+    while (blades->place_at[at] >= 0 && blades->cell_at[blades->place_at[at]] != cell)
+        at = (at + 1) & mask;
+    return &blades->place_at[at];
+}
+
 // Returns the place of a cell in scratch, if it was looked at.
 static int place_in(const CutBlades *blades, int cell)
 {
-    return blades->place_of == NULL ? cell : blades->place_of[cell];
+    return blades->place_at == NULL ? cell : *slot_of(blades, cell);
+}
+
+void cut_near_forget_places(CutBlades *blades)
+{
+    const unsigned mask = (1u << blades->place_bits) - 1;
+    if (blades->place_at == NULL)
+        return;
+    // A cell's slot is not beyond the first free one behind its own.
+    for (int p = 0; p < blades->place_count; p++)
+        for (unsigned at = (unsigned)blades->cell_at[p] * 0x9e3779b1u >> (32 - blades->place_bits);
+             blades->place_at[at] >= 0; at = (at + 1) & mask)
+            blades->place_at[at] = -1;
+    blades->place_count = 0;
 }
 
 // Returns where a cell is in the memory of the search: a stroke's is by cell.
@@ -196,14 +219,14 @@ static int memory_of(const BladeSearch *search, int cell)
 // Gives a cell a place in scratch. False: there is none.
 static bool take_place(CutBlades *blades, int cell)
 {
-    if (blades->place_of == NULL)
+    if (blades->place_at == NULL)
         return true;
-    const int place = blades->place_of[cell];
-    if (place < blades->place_count && blades->cell_at[place] == cell)
+    int *place = slot_of(blades, cell);
+    if (*place >= 0)
         return true;
     if (blades->place_count == blades->place_most)
         return false;
-    blades->place_of[cell] = blades->place_count;
+    *place = blades->place_count;
     blades->whole.stamp[blades->place_count] = blades->code_stamp[blades->place_count] = 0;
     blades->cell_at[blades->place_count++] = cell;
     return true;

@@ -24,6 +24,8 @@ typedef struct BladeSearch {
     double slack;                  // by which its sub-ticks lie off them at most
 } BladeSearch;
 
+// Forgets which cells a sweep has looked at.
+void cut_near_forget_places(CutBlades *blades);
 void cut_near_set_edge(BladeSearch *search, const CutPath edge[2]);
 // Strokes: notes how far cells can have moved; finds the bricks near the sweep, whose ends are
 // `from` and `to`; takes the centres of a brick's cells.
