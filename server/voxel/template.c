@@ -471,13 +471,16 @@ void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
 }
 
 void template_cache_create_partial(TemplateCache *cache, const char *name, Precision precision,
-                                   TemplateSolid *solid, const void *of, Arena *arena)
+                                   TemplateSolid *solid, const void *of, int parts, Arena *arena)
 {
+    int bits = SLOT_BITS;
+    while (bits < SLOT_BITS_PARTIAL && 1 << bits < parts + (1 << SLOT_BITS))
+        bits++;
     *cache = (TemplateCache){.law = VOXEL_AFFINE,
                              .precision = precision,
                              .solid = solid,
                              .solid_of = of,
-                             .slot_bits = SLOT_BITS_PARTIAL};
+                             .slot_bits = bits};
     create_slots(cache, name, arena);
 }
 

@@ -110,10 +110,10 @@ enum { TEMPLATE_NUMBERS = (TABLE_HEAD + NODE_COUNT * TABLE_ROW + 15) / 16 * 16 }
 
 void template_cache_create(TemplateCache *cache, const char *name, VoxelLaw law,
                            Precision precision, Arena *arena);
-// The same for a body with partly filled elements (affine law), of which `solid` says how, with
-// `of` as its argument.
+// The same for a body with `parts` partly filled elements (affine law), of which `solid` says how,
+// with `of` as its argument.
 void template_cache_create_partial(TemplateCache *cache, const char *name, Precision precision,
-                                   TemplateSolid *solid, const void *of, Arena *arena);
+                                   TemplateSolid *solid, const void *of, int parts, Arena *arena);
 // Both results are valid until the next call of either function. A miss takes 0.3 us for a whole
 // cube; for a partly filled one 0.8, 0.8 and 1.1 us at levels 1, 2 and 3.
 const Template *template_cache_shape(TemplateCache *cache, TemplateKey key);

@@ -540,13 +540,14 @@ bool cut_body_create_elements(VoxelModel *model, const VoxelMaking *making, Aren
     model->cuts = cuts;
     cuts->name = name;
     cuts->sound = true;
-    if (options->surface_level > 0)
-        template_cache_create_partial(&cuts->templates, name, options->body.precision,
-                                      cut_shape_solid, &cuts->lattice, arena);
-    else
-        template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     if (!cut_lattice_create(&cuts->lattice, making, arena, state, status))
         return false;
+    if (options->surface_level > 0)
+        template_cache_create_partial(&cuts->templates, name, options->body.precision,
+                                      cut_shape_solid, &cuts->lattice,
+                                      cut_shape_count_parts(&cuts->lattice), arena);
+    else
+        template_cache_create(&cuts->templates, name, options->law, options->body.precision, arena);
     if (making->options->heats) {
         cuts->heat = ALLOCATE(ARENA_STEP, 1, CutHeat, "heat");
         cut_heat_create(cuts->heat, name, &cuts->lattice, making, arena, state);

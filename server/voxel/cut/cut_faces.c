@@ -115,9 +115,87 @@ void cut_faces_touch(CutFaces *faces, int vertex)
     faces->touched[faces->touched_count++] = vertex;
 }
 
+// Returns the units of a run for this many faces.
+static int units_for(int count)
+{
+    return count > 0 ? (count + FACE_UNIT) / FACE_UNIT : 0;
+}
+
+// Moves all runs together.
+static void compact(CutFaces *faces)
+{
+    int *list = faces->list, to = 0;
+    for (int from = 0, units; from < faces->list_top; from += units) {
+        const int head = list[FACE_UNIT * from], by = FACE_UNIT * (from - to);
+        units = head < 0 ? -head : head % 8;
+        if (head < 0)
+            continue;
+        memmove(&list[FACE_UNIT * to], &list[FACE_UNIT * from],
+                (size_t)(FACE_UNIT * units) * sizeof *list);
+        faces->start[head / 8] -= by, faces->end[head / 8] -= by;
+        to += units;
+    }
+    faces->list_top = to;
+    memset(faces->free_run, -1, sizeof faces->free_run);
+}
+
+static int take_run(CutFaces *faces, int units)
+{
+    const int free = faces->free_run[units];
+    if (free >= 0) {
+        faces->free_run[units] = faces->list[FACE_UNIT * free + 1];
+        return free;
+    }
+    if (faces->list_top + units > faces->list_units)
+        compact(faces);
+    ASSERT(faces->list_top + units <= faces->list_units); // there are for all triangles
+    faces->list_top += units;
+    return faces->list_top - units;
+}
+
+static void give_run(CutFaces *faces, int run, int units)
+{
+    if (units == 0)
+        return;
+    faces->list[FACE_UNIT * run] = -units;
+    faces->list[FACE_UNIT * run + 1] = faces->free_run[units];
+    faces->free_run[units] = run;
+}
+
+// Gives a node room for one face more.
+static void grow(CutFaces *faces, int vertex)
+{
+    const int count = faces->end[vertex] - faces->start[vertex], units = units_for(count);
+    const int more = units_for(count + 1);
+    if (more == units)
+        return;
+    const int run = take_run(faces, more), from = faces->start[vertex];
+    int *to = &faces->list[FACE_UNIT * run];
+    *to = 8 * vertex + more;
+    memcpy(to + 1, &faces->list[from], (size_t)count * sizeof *to);
+    give_run(faces, from / FACE_UNIT, units);
+    faces->start[vertex] = FACE_UNIT * run + 1;
+    faces->end[vertex] = faces->start[vertex] + count;
+}
+
+// Takes what a node that has lost a face no longer needs.
+static void shrink(CutFaces *faces, int vertex)
+{
+    const int count = faces->end[vertex] - faces->start[vertex], units = units_for(count);
+    const int before = units_for(count + 1), run = faces->start[vertex] / FACE_UNIT;
+    if (before == units)
+        return;
+    give_run(faces, run + units, before - units);
+    if (units > 0)
+        faces->list[FACE_UNIT * run] = 8 * vertex + units;
+    else
+        faces->start[vertex] = faces->end[vertex] = 0;
+}
+
 // Inserts a face into a node's list, which stays ascending.
 static void add_to_node(CutFaces *faces, int vertex, int face)
 {
+    grow(faces, vertex);
     const int start = faces->start[vertex];
     int at = faces->end[vertex];
     ASSERT(at - start < CUT_NODE_FACES);
@@ -134,6 +212,7 @@ static void take_from_node(CutFaces *faces, int vertex, int face)
         at++;
     for (faces->end[vertex]--; at < faces->end[vertex]; at++)
         faces->list[at] = faces->list[at + 1];
+    shrink(faces, vertex);
 }
 
 void cut_faces_add_slot(CutFaces *faces, int vertex)
@@ -291,7 +370,7 @@ static int cell_of_vertex(const CutLattice *lattice, int vertex)
 void cut_faces_enter_vertex(CutFaces *faces, int vertex)
 {
     faces->cell_of[vertex] = cell_of_vertex(faces->lattice, vertex);
-    faces->start[vertex] = faces->end[vertex] = CUT_NODE_FACES * vertex;
+    faces->start[vertex] = faces->end[vertex] = 0;
     faces->node_area[vertex] = 0.0;
     faces->slot_of[vertex] = -1;
     if (faces->node_firmness != NULL)
@@ -336,7 +415,8 @@ static bool follow_ends(CutFaces *faces)
         const CutScratch *scratch = lattice->scratch;
         int point[3];
         cut_lattice_point(lattice, vertex, point);
-        for (int v = cut_parts_first(scratch, cut_parts_index(scratch, point)); v >= 0; v = scratch->next[v]) {
+        for (int v = cut_parts_first(scratch, cut_parts_index(scratch, point)); v >= 0;
+             v = scratch->next[v]) {
             if (faces->copied_from[v] != vertex)
                 continue;
             faces->copied_from[v] = faces->copied_from[vertex];

@@ -22,6 +22,9 @@
 // Most triangles around a vertex: a part of n of the 8 cells around a point has at most n + 2
 // squares there, each with at most two triangles at the vertex.
 enum { CUT_NODE_FACES = 24 };
+// The faces of a node are in a run of units of this many numbers; the first number is the node's
+// times 8, plus the units. Of a free run it is minus the units, and the second the next free run.
+enum { FACE_UNIT = 4, FACE_UNITS_MOST = (CUT_NODE_FACES + FACE_UNIT) / FACE_UNIT };
 
 typedef struct CutFaces {
     const CutLattice *lattice;
@@ -53,13 +56,15 @@ typedef struct CutFaces {
     int (*neighbor)[3];       // [2 * square_capacity]
     double *area;             // [2 * square_capacity]
     int *start, *end;         // [vertex_capacity]
-    int *list;                // [vertex_capacity * CUT_NODE_FACES]
-    double *node_area;        // [vertex_capacity]
-    double *face_firmness;    // [2 * square_capacity] NULL: no contacts
-    double *node_firmness;    // [vertex_capacity]
-    int *cell_of;             // [vertex_capacity] the lowest cell of its part
-    int vertex_count;         // number of vertices that have been processed
-    int *slot_of;             // [vertex] -1: not published
+    int *list;                // [FACE_UNIT * list_units] runs of units: an owner, its faces
+    int list_units, list_top; // units, those from `list_top` on not used yet
+    int free_run[FACE_UNITS_MOST + 1]; // first unit of a free run of as many units; -1: none
+    double *node_area;                 // [vertex_capacity]
+    double *face_firmness;             // [2 * square_capacity] NULL: no contacts
+    double *node_firmness;             // [vertex_capacity]
+    int *cell_of;                      // [vertex_capacity] the lowest cell of its part
+    int vertex_count;                  // number of vertices that have been processed
+    int *slot_of;                      // [vertex] -1: not published
     int (*triangle)[3];       // [2 * square_capacity] slots; `face` when slots are vertices
     int *id, *origin, *piece; // [slot]
     int (*parent)[2];

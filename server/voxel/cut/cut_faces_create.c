@@ -26,9 +26,11 @@ static void clear(CutFaces *faces)
     faces->touched_count = 0;
     faces->vertex_count = cut_lattice_used(faces->lattice);
     for (int v = 0; v < faces->lattice->vertex_capacity; v++) {
-        faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
+        faces->start[v] = faces->end[v] = 0;
         faces->node_area[v] = 0.0;
     }
+    faces->list_top = 0;
+    memset(faces->free_run, -1, sizeof faces->free_run);
     for (int v = 0; v < faces->vertex_count; v++)
         cut_faces_enter_vertex(faces, v);
 }
@@ -276,12 +278,12 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     faces->area = ALLOCATE(ARENA_TOPOLOGY, triangles, double, "face areas");
     for (int f = 0; f < triangles; f++)
         faces->area[f] = faces->half;
-    // By vertex: each has room for all triangles that it can have.
+    // By vertex. Lists have room for the three corners of all triangles, and some to move in.
     faces->start = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face start");
     faces->end = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face end");
-    for (int v = 0; v < vertices; v++)
-        faces->start[v] = faces->end[v] = CUT_NODE_FACES * v;
-    faces->list = ALLOCATE(ARENA_TOPOLOGY, (long)CUT_NODE_FACES * vertices, int, "node faces");
+    const int nodes = vertices < 2 * triangles ? vertices : 2 * triangles;
+    faces->list_units = 3 * (triangles / FACE_UNIT) + nodes + nodes / 16 + FACE_UNITS_MOST;
+    faces->list = ALLOCATE(ARENA_TOPOLOGY, (long)FACE_UNIT * faces->list_units, int, "node faces");
     faces->node_area = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "node areas");
     // Scratch of a change.
     faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices, NodeBirth, "born nodes");
@@ -363,17 +365,18 @@ static void describe(CutFaces *faces, double size, Body *body)
 }
 
 // Returns the capacity in squares: ten times the outer ones, enough for cuts four times as large as
-// the surface; or all that can exist. Of a body that adapts twice the outer ones, as many as it has
-// vertices for.
+// the surface; or all that can exist. Of a body that adapts as many as it has vertices for: the two
+// squares of a broken face take four, of cells on both sides and copies.
 static int choose_capacity(const CutFaces *faces, int face_capacity)
 {
-    enum { LEAST = 512, POOL = 16384 };
+    enum { LEAST = 512 };
     if (face_capacity > 0)
         return face_capacity / 2;
-    const long most = 6L * faces->cell_count, outer = faces->outer_squares,
-               pool = faces->lattice->leaf_row != NULL && outer + POOL < 9 * outer ? outer + POOL
-                                                                                   : 9 * outer,
-               wanted = outer + pool + LEAST;
+    const CutLattice *lattice = faces->lattice;
+    const long most = 6L * faces->cell_count, outer = faces->outer_squares;
+    const long room = lattice->vertex_capacity - cut_lattice_used(lattice);
+    const long pool = lattice->leaf_row != NULL && room / 2 < 9 * outer ? room / 2 : 9 * outer;
+    const long wanted = outer + pool + LEAST;
     return (int)(wanted < most ? wanted : most);
 }
 

@@ -3,6 +3,14 @@
 
 #include <string.h>
 
+int cut_shape_count_parts(const CutLattice *lattice)
+{
+    int count = 0;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        count += cut_shape_may_be_part(lattice, e);
+    return count;
+}
+
 int cut_shape_cells(const CutLattice *lattice, int element)
 {
     const CutElement *of = &lattice->element[element];

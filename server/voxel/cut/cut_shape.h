@@ -13,6 +13,13 @@ static inline bool cut_shape_is_partial(const CutLattice *lattice, int element)
 {
     return lattice->adapts && !lattice->element[element].whole;
 }
+// True if a larger element is, and can be a leaf.
+static inline bool cut_shape_may_be_part(const CutLattice *lattice, int element)
+{
+    return cut_shape_is_partial(lattice, element) && lattice->element[element].mergeable;
+}
+// Returns how many such elements there are.
+int cut_shape_count_parts(const CutLattice *lattice);
 
 // Returns the key of a leaf's shape (template.h).
 static inline TemplateKey cut_shape_key(const CutLattice *lattice, int element)

@@ -325,10 +325,7 @@ static void create_classes(CutWindows *windows, const WindowOptions *options, Ar
     windows->own_class = ALLOCATE(ARENA_TOPOLOGY, larger, int, "own classes");
     const int whole = count;
     for (int k = 0; k < larger; k++)
-        windows->own_class[k] =
-            cut_shape_is_partial(lattice, first + k) && lattice->element[first + k].mergeable
-                ? count++
-                : -1;
+        windows->own_class[k] = cut_shape_may_be_part(lattice, first + k) ? count++ : -1;
     windows->classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
     memcpy(windows->classes, options->classes, (size_t)whole * sizeof *windows->classes);
     windows->runs.classes = windows->classes;

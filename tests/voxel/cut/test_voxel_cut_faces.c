@@ -113,7 +113,6 @@ static Shown keep_all(const CutBench *bench)
     keep(&shown, faces->face, triangles * sizeof *faces->face);
     keep(&shown, faces->neighbor, triangles * sizeof *faces->neighbor);
     keep(&shown, faces->face_firmness, triangles * sizeof *faces->face_firmness);
-    keep(&shown, faces->end, vertices * sizeof *faces->end);
     keep(&shown, faces->node_area, vertices * sizeof *faces->node_area);
     keep(&shown, faces->node_firmness, vertices * sizeof *faces->node_firmness);
     keep(&shown, faces->cell_of, vertices * sizeof *faces->cell_of);
