@@ -205,8 +205,9 @@ static void look_at(CutAdapt *adapt, const void *row, int element, unsigned path
         return;
     }
     const int count = __builtin_popcount(of->children);
+    const int child = cut_lattice_first_child(lattice, element);
     for (int k = 0; k < count && of->level > 1; k++)
-        look_at(adapt, row, cut_lattice_first_child(lattice, element) + k, paths);
+        look_at(adapt, row, child + k, paths);
 }
 
 // Returns bits of the paths that reach a box grown by a margin [m].
@@ -469,9 +470,10 @@ static void find_family(CutAdapt *adapt, int element)
         return;
     const CutElement *of = &lattice->element[element];
     bool could = lattice->divided[element] && of->mergeable;
+    const int child = cut_lattice_first_child(lattice, element);
     const int count = __builtin_popcount(of->children);
     for (int k = 0; k < count && could; k++)
-        could = !lattice->divided[cut_lattice_first_child(lattice, element) + k];
+        could = !lattice->divided[child + k];
     if (could)
         bits_add(adapt->family, element - lattice->level_first[1]);
     else

@@ -115,16 +115,23 @@ static void number_elements(CutLattice *lattice, const Layout *layout)
 
 // Gathers what an element is from its children, which are complete: those of lower levels come
 // first.
-static void gather_from_children(CutLattice *lattice, CutElement *element)
+static void gather_from_children(CutLattice *lattice, int e)
 {
+    CutElement *element = &lattice->element[e];
+    const int level = element->level - 1;
     bool first = true;
     element->whole = element->children == 0xff;
     for (int c = 0; c < 8; c++) {
         if (!(element->children >> c & 1))
             continue;
-        const int number = cut_lattice_child(lattice, (int)(element - lattice->element), c);
+        const int number = cut_lattice_block(lattice, level, (element->cell[0] >> level) + (c & 1),
+                                             (element->cell[1] >> level) + (c >> 1 & 1),
+                                             (element->cell[2] >> level) + (c >> 2));
         const CutElement *child = &lattice->element[number];
-        element->material = first ? child->material : element->material;
+        if (first) {
+            element->material = child->material;
+            lattice->child[e - lattice->level_first[1]] = number;
+        }
         first = false;
         element->whole &= child->whole;
         if (child->material != element->material)
@@ -144,7 +151,7 @@ static void gather_families(CutLattice *lattice)
             for (int d = 0; d < 6; d++)
                 element->meets |= (unsigned char)((cut_lattice_across(lattice, e, d) >= 0) << d);
         } else {
-            gather_from_children(lattice, element);
+            gather_from_children(lattice, e);
         }
     }
 }
@@ -192,6 +199,7 @@ static void create_elements(CutLattice *lattice, const char *name, const VoxelMa
     // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
+    lattice->child = ALLOCATE(ARENA_TOPOLOGY, elements - lattice->level_first[1], int, "children");
     gather_families(lattice);
 }
 

@@ -108,6 +108,7 @@ typedef struct CutLattice {
     int element_count;                     // that can ever exist
     int level_first[VOXEL_LEVELS_MAX + 2]; // first element of each level
     CutElement *element;                   // [element_count]
+    int *child;                            // [element - level_first[1]] first one that exists
     int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: element or -1
     int window_count;
     CutWindow *window; // by level
@@ -191,12 +192,8 @@ static inline int cut_lattice_parent(const CutLattice *lattice, int element)
 // of level 0.
 static inline int cut_lattice_first_child(const CutLattice *lattice, int element)
 {
-    const CutElement *of = &lattice->element[element];
-    const int level = of->level - 1, c = of->children != 0 ? __builtin_ctz(of->children) : -1;
-    return c < 0 ? -1
-                 : cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
-                                     (of->cell[1] >> level) + (c >> 1 & 1),
-                                     (of->cell[2] >> level) + (c >> 2));
+    const int cells = lattice->level_first[1];
+    return element < cells ? -1 : lattice->child[element - cells];
 }
 
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
@@ -212,6 +209,8 @@ static inline int cut_lattice_child(const CutLattice *lattice, int element, int 
 {
     const CutElement *of = &lattice->element[element];
     const int level = of->level - 1;
+    if (of->children == 0xff) // faster
+        return cut_lattice_first_child(lattice, element) + c;
     return of->children >> c & 1
                ? cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
                                    (of->cell[1] >> level) + (c >> 1 & 1),

@@ -61,8 +61,19 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
 {
     const CutLattice *lattice = windows->lattice;
     to->count[BATCH_PLAIN] = to->count[BATCH_HANGING] = 0;
+    // Siblings are one after the other: of their cells all but these bits are the same.
+    const uint64_t same = UINT64_C(0x000100010001) * (0xffffu & ~((2u << own->level) - 1));
+    uint64_t last = 0;
+    bool inside = false; // of a leaf
     for (int e = own->first; e < own->end; e++) {
-        if (!cut_lattice_is_leaf(lattice, e))
+        uint64_t cell = 0;
+        memcpy(&cell, lattice->element[e].cell, sizeof lattice->element[e].cell);
+        if (e == own->first || ((cell ^ last) & same) != 0) {
+            const int parent = cut_lattice_parent(lattice, e);
+            inside = parent >= 0 && !lattice->divided[parent];
+        }
+        last = cell;
+        if (inside || lattice->divided[e])
             continue;
         // The key sorts by class, or by number of vertices and shape; then by element.
         const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));
@@ -585,6 +596,19 @@ static void take_turns(const CutWindows *windows, const WindowGroup *own, const 
     }
 }
 
+static void forget_lanes(CutWindows *windows, const CutWindow *own)
+{
+    if (windows->lattice->leaf_row == NULL) { // every element has a row
+        memset(&windows->lane[own->first], -1, (size_t)(own->end - own->first) * sizeof(int));
+        return;
+    }
+    for (int e = own->first; e < own->end; e++) {
+        const int place = cut_lattice_place_of_row(windows->lattice, e);
+        if (place >= 0)
+            windows->lane[place] = -1;
+    }
+}
+
 void cut_pack(CutWindows *windows, int group, bool moved)
 {
     const CutLattice *lattice = windows->lattice;
@@ -612,11 +636,7 @@ void cut_pack(CutWindows *windows, int group, bool moved)
     for (int w = own->first; w < own->end; w++) {
         if (!windows->is_changed[w])
             continue;
-        for (int e = lattice->window[w].first; e < lattice->window[w].end; e++) {
-            const int place = cut_lattice_place_of_row(lattice, e);
-            if (place >= 0)
-                windows->lane[place] = -1;
-        }
+        forget_lanes(windows, &lattice->window[w]);
         pack_window(windows, w, &leaves[w - own->first], &turns);
     }
     pack_plain_rest(windows, group, &turns);

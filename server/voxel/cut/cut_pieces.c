@@ -144,10 +144,8 @@ typedef enum Answer { JOINED, APART, TOO_LONG } Answer;
 // Returns the place of a cell that searches of this call have seen, or a free one.
 static SeenCell *place_of(const CutPieces *pieces, int cell)
 {
-    // With a place for each cell that is its own.
-    const unsigned mask = (unsigned)pieces->seen_mask;
-    unsigned at = mask + 1 >= (unsigned)pieces->cell_count ? (unsigned)cell
-                                                           : (unsigned)cell * 0x9e3779b1u >> 16;
+    const unsigned mask = (unsigned)pieces->seen_mask, shift = (unsigned)pieces->seen_shift;
+    unsigned at = shift == 0 ? (unsigned)cell : (unsigned)cell * 0x9e3779b1u >> shift;
     while (pieces->seen[at].label >= pieces->first_label && pieces->seen[at].cell != cell)
         at = (at + 1) & mask;
     return &pieces->seen[at];
@@ -189,12 +187,13 @@ static void begin_search(CutPieces *pieces, Search *search, int *queue, int cell
 static void go_on(CutPieces *pieces, Search *search)
 {
     const int cell = search->cell[search->begin++];
+    const int label = place_of(pieces, cell)->label - pieces->first_label;
     pieces->visited++;
     for (int d = 0; d < 6; d++) {
         const int next = joined_to(pieces->lattice, cell, d);
         if (next < 0)
             continue;
-        const int own = set_of(pieces, cell), other = set_of(pieces, next);
+        const int own = union_find_root(pieces->set, label), other = set_of(pieces, next);
         // Not seen yet; or another search has been there, and both are one set.
         if (other < 0) {
             enter(pieces, search, next);
@@ -457,6 +456,7 @@ void cut_pieces_create(CutPieces *pieces, const CutLattice *lattice, const Voxel
     pieces->size = ALLOCATE(ARENA_TOPOLOGY, most, int, "sizes of pieces");
     pieces->seen = ALLOCATE(ARENA_TOPOLOGY, seen, SeenCell, "searches");
     pieces->seen_mask = seen - 1;
+    pieces->seen_shift = cells > PLACES ? 16 : 0;
     pieces->set = ALLOCATE(ARENA_TOPOLOGY, 2 * LINKS, int, "sets of searches");
     pieces->rest = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "what pieces left");
     pieces->left = ALLOCATE(ARENA_TOPOLOGY, LINKS, int, "pieces that left");

@@ -32,7 +32,8 @@ typedef struct CutPieces {
 
     // --- scratch ---
     SeenCell *seen;            // [seen_mask + 1] by hash; of an earlier call: free
-    int seen_mask, seen_count; // of this call
+    int seen_mask, seen_shift; // every cell has a place of its own if that is 0
+    int seen_count;            // in this call
     int *set;                  // [label - first_label] link towards the set of its search
     int *left;                 // [left_count] pieces that were found whole in this call,
     int *rest;                 // and of each a cell of the other piece

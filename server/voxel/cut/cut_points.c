@@ -14,17 +14,24 @@ void cut_lattice_point(const CutLattice *lattice, int vertex, int point[3])
 
 void cut_lattice_around(const CutLattice *lattice, const int point[3], int leaf[8])
 {
-    // The block of the lowest cell, and steps to those beside it.
+    // The block of the lowest cell, that cell, and steps to those beside them.
     const int i = point[0] - 1, j = point[1] - 1, k = point[2] - 1;
-    const int by = lattice->scratch->grid_level;
-    const long row = (lattice->count[0] >> by) + 2, layer = row * ((lattice->count[1] >> by) + 2);
-    const long low = cut_parts_grid(lattice, i, j, k);
-    const long step[3] = {by == 0 || i & 1, by == 0 || j & 1 ? row : 0,
-                          by == 0 || k & 1 ? layer : 0};
-    for (int s = 0; s < 8; s++)
-        leaf[s] = cut_parts_leaf_in(
-            lattice, low + (s & 1) * step[0] + (s >> 1 & 1) * step[1] + (s >> 2) * step[2],
-            i + (s & 1), j + (s >> 1 & 1), k + (s >> 2));
+    const int by = lattice->scratch->grid_level, *cell = lattice->lut[0];
+    const long nx = lattice->count[0], ny = lattice->count[1];
+    const long row = (nx >> by) + 2, layer = row * ((ny >> by) + 2);
+    const int *low = &lattice->scratch->grid[cut_parts_grid(lattice, i, j, k)];
+    const long at = (k * ny + j) * nx + i;
+    const long x = by == 0 || i & 1, y = by == 0 || j & 1 ? row : 0,
+               z = by == 0 || k & 1 ? layer : 0;
+    for (int s = 0; s < 8; s++) {
+        const long a = s & 1, b = s >> 1 & 1, c = s >> 2;
+        leaf[s] = low[a * x + b * y + c * z];
+        if (leaf[s] != CUT_CELLS)
+            continue;
+        leaf[s] = cell[at + a + (b + c * ny) * nx];
+        if (lattice->removable && leaf[s] >= 0 && cut_lattice_is_gone(lattice, leaf[s]))
+            leaf[s] = -1;
+    }
 }
 
 int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
