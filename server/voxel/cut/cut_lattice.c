@@ -254,7 +254,7 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
         scratch->is_lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "lost");
     // What a change marks.
     scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
-    scratch->mark = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "marks of elements");
+    lattice->mark = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "marks of elements");
     // Tables of a divided element.
     for (int at = 0; at < 27; at++)
         scratch->node_at[at] = (signed char)node_at_offset(at % 3, at / 3 % 3, at / 9);
@@ -503,9 +503,9 @@ int cut_lattice_beyond(const CutLattice *lattice, int cell, int axis)
 
 void cut_parts_list_element(CutLattice *lattice, int element)
 {
-    if (lattice->scratch->mark[element] & CUT_LISTED)
+    if (lattice->mark[element] & CUT_LISTED)
         return;
-    lattice->scratch->mark[element] |= CUT_LISTED;
+    lattice->mark[element] |= CUT_LISTED;
     lattice->changes.element[lattice->changes.element_count++] = element;
 }
 
@@ -519,7 +519,7 @@ void cut_parts_list_lost(CutLattice *lattice, int vertex)
 
 void cut_parts_list_face(CutLattice *lattice, int cell, int axis)
 {
-    unsigned char *mark = &lattice->scratch->mark[cell];
+    unsigned char *mark = &lattice->mark[cell];
     const unsigned char listed = (unsigned char)(CUT_FACE << axis);
     if (*mark & listed)
         return;
@@ -551,11 +551,11 @@ void cut_lattice_forget_changes(CutLattice *lattice)
 {
     CutChanges *changes = &lattice->changes;
     for (int i = 0; i < changes->element_count; i++) {
-        lattice->scratch->mark[changes->element[i]] &= (unsigned char)~(CUT_LISTED | CUT_MERGED);
+        lattice->mark[changes->element[i]] &= (unsigned char)~(CUT_LISTED | CUT_MERGED);
         free_rows(lattice, changes->element[i]);
     }
     for (int i = 0; i < changes->face_count; i++)
-        lattice->scratch->mark[changes->face[i][0]] &= (unsigned char)~CUT_FACES;
+        lattice->mark[changes->face[i][0]] &= (unsigned char)~CUT_FACES;
     for (int i = 0; i < changes->lost_count; i++)
         lattice->scratch->is_lost[changes->lost[i]] = false;
     cut_points_free_ended(lattice);
@@ -715,6 +715,16 @@ static void forget_rows(CutLattice *lattice)
     }
 }
 
+static void find_leaves(CutLattice *lattice)
+{
+    for (int e = 0; e < lattice->element_count; e++) {
+        const int parent = cut_lattice_parent(lattice, e);
+        const bool is = !lattice->divided[e] && (parent < 0 || lattice->divided[parent]);
+        lattice->mark[e] &= (unsigned char)~CUT_LEAF;
+        lattice->mark[e] |= is ? CUT_LEAF : 0;
+    }
+}
+
 // True if there are no more leaves than there may be.
 static bool leaves_are_allowed(const CutLattice *lattice)
 {
@@ -746,9 +756,8 @@ static void enter_leaves(CutLattice *lattice)
 
 static void find_wanted(CutLattice *lattice)
 {
-    CutScratch *scratch = lattice->scratch;
     for (int e = 0; e < lattice->element_count; e++)
-        scratch->mark[e] &= (unsigned char)~(CUT_BITTEN | CUT_WANTED);
+        lattice->mark[e] &= (unsigned char)~(CUT_BITTEN | CUT_WANTED);
     lattice->wanted_count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
@@ -833,6 +842,7 @@ bool cut_lattice_derive(CutLattice *lattice)
     // Forget what was derived before.
     forget_rows(lattice);
     lattice->wanted_count = 0;
+    find_leaves(lattice);
     // Bits first; then vertices, which must be those of the ids.
     if (!divisions_are_valid(lattice) || !bits_are_valid(lattice) || !ids_are_valid(lattice) ||
         !leaves_are_allowed(lattice))

@@ -100,6 +100,17 @@ typedef struct CutChanges {
     CutEnd *ended;   // their points and rows are valid until the changes are forgotten
 } CutChanges;
 
+// Bits of an element; all but the first two are scratch.
+enum CutMark {
+    CUT_LEAF = 128, // it is one
+    CUT_BITTEN = 4, // has a broken bit in or on it
+    CUT_LISTED = 1, // in changes.element
+    CUT_MERGED = 2, // in changes.merged
+    CUT_WANTED = 8, // in `wanted`; of a body that adapts
+    CUT_FACE = 16,  // of a finest cell, times 2^axis: its face is in changes.face
+    CUT_FACES = 7 * CUT_FACE
+};
+
 typedef struct CutLattice {
     // --- constant ---
     int levels;
@@ -138,9 +149,10 @@ typedef struct CutLattice {
     int (*node)[NODE_COUNT];
     // Rows of larger leaves, and the first of the eight for the children of elements of level 1;
     // -1: none. They are free for others once a change is forgotten. NULL: every element has a row
-    int *leaf_row;   // [element - level_first[1]]
-    int *family_row; // [element of level 1 - level_first[1]]; NULL, too: there is no level 1
-    bool *carried;   // [kept_end] shown, but no element has it now
+    int *leaf_row;       // [element - level_first[1]]
+    int *family_row;     // [element of level 1 - level_first[1]]; NULL, too: there is no level 1
+    unsigned char *mark; // [element] CutMark
+    bool *carried;       // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
     // Elements that must be divided, because a bit is broken in or on them; in a body that adapts
     // also because they may be no leaves, or are partly filled and a bit is broken beside them. By
@@ -198,10 +210,7 @@ static inline int cut_lattice_first_child(const CutLattice *lattice, int element
 
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {
-    if (lattice->divided[element])
-        return false;
-    const int parent = cut_lattice_parent(lattice, element);
-    return parent < 0 || lattice->divided[parent];
+    return (lattice->mark[element] & CUT_LEAF) != 0;
 }
 
 // Returns child c (bit d: the upper half along axis d) of an element of level 1 or more; -1: void.
@@ -241,6 +250,8 @@ static inline int cut_lattice_row(const CutLattice *lattice, int element)
 // Returns the same, rows of larger leaves numbered after those of level 0.
 static inline int cut_lattice_place_of_row(const CutLattice *lattice, int element)
 {
+    if (lattice->leaf_row == NULL)
+        return element;
     const int row = cut_lattice_row(lattice, element);
     return row < 0 || element < lattice->level_first[1] ? row : lattice->most_cells + row;
 }

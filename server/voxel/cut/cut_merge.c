@@ -238,13 +238,12 @@ static bool is_finer_around(const CutLattice *lattice, int element)
 
 bool cut_lattice_can_merge(const CutLattice *lattice, int element)
 {
-    const CutScratch *scratch = lattice->scratch;
     const CutElement *parent = &lattice->element[element];
     if (!lattice->adapts || parent->level == 0 || !parent->mergeable || !lattice->divided[element])
         return false;
     const int first = cut_lattice_first_child(lattice, element);
     for (int c = first; c < first + __builtin_popcount(parent->children); c++)
-        if (lattice->divided[c] || scratch->mark[c] & CUT_MERGED)
+        if (lattice->divided[c] || lattice->mark[c] & CUT_MERGED)
             return false;
     // Where a child must be divided the element must be, too. It has at most one vertex more at
     // each of its corners in void.
@@ -284,6 +283,10 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     ASSERT(cut_lattice_can_merge(lattice, element));
     // The bit and the counts.
     lattice->divided[element] = 0;
+    lattice->mark[element] |= CUT_LEAF;
+    const int first = cut_lattice_first_child(lattice, element);
+    for (int c = first; c < first + children; c++)
+        lattice->mark[c] &= (unsigned char)~CUT_LEAF;
     lattice->leaf_count -= children - 1;
     lattice->leaf_at_level[parent->level]++;
     lattice->leaf_at_level[parent->level - 1] -= children;
@@ -292,11 +295,10 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     hand_up(lattice, element);
     cut_parts_enter_leaf(lattice, element);
     cut_parts_list_element(lattice, element);
-    const int first = cut_lattice_first_child(lattice, element);
     for (int c = first; c < first + children; c++)
         cut_parts_list_element(lattice, c);
     lattice->changes.merged[lattice->changes.merged_count++] = element;
-    lattice->scratch->mark[element] |= CUT_MERGED;
+    lattice->mark[element] |= CUT_MERGED;
     // Vertices between the children end, and corners in void come.
     cut_split_visit(lattice, element);
 }

@@ -61,19 +61,8 @@ static void list_leaves(const CutWindows *windows, const CutWindow *own, Leaves 
 {
     const CutLattice *lattice = windows->lattice;
     to->count[BATCH_PLAIN] = to->count[BATCH_HANGING] = 0;
-    // Siblings are one after the other: of their cells all but these bits are the same.
-    const uint64_t same = UINT64_C(0x000100010001) * (0xffffu & ~((2u << own->level) - 1));
-    uint64_t last = 0;
-    bool inside = false; // of a leaf
     for (int e = own->first; e < own->end; e++) {
-        uint64_t cell = 0;
-        memcpy(&cell, lattice->element[e].cell, sizeof lattice->element[e].cell);
-        if (e == own->first || ((cell ^ last) & same) != 0) {
-            const int parent = cut_lattice_parent(lattice, e);
-            inside = parent >= 0 && !lattice->divided[parent];
-        }
-        last = cell;
-        if (inside || lattice->divided[e])
+        if (!cut_lattice_is_leaf(lattice, e))
             continue;
         // The key sorts by class, or by number of vertices and shape; then by element.
         const unsigned mask = own->level == 0 ? 0 : template_mask_of(cut_lattice_nodes(lattice, e));

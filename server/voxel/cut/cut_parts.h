@@ -21,16 +21,6 @@ typedef struct CutFreeRows {
     uint64_t *bits[FREE_LEVELS];
 } CutFreeRows;
 
-// Bits of an element.
-enum CutMark {
-    CUT_LISTED = 1, // in changes.element
-    CUT_MERGED = 2, // in changes.merged
-    CUT_BITTEN = 4, // has a broken bit in or on it
-    CUT_WANTED = 8, // in `wanted`; of a body that adapts
-    CUT_FACE = 16,  // of a finest cell, times 2^axis: its face is in changes.face
-    CUT_FACES = 7 * CUT_FACE
-};
-
 // Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
     int points[3];    // lattice points along the axes, those of larger blocks included
@@ -40,13 +30,12 @@ typedef struct CutScratch {
                      // CUT_CELLS: there may be finest cells
     int (*point)[3]; // [vertex] its point
     long head_count;
-    int head_bits;       // 0: every point has a place in `head`, else 2^head_bits places by hash
-    int *head;           // the vertex of the highest row at a point; -1: none
-    int *next;           // [vertex] another vertex at its point, of a lower row
-    int *fresh;          // [elements above level 0] to be sorted into `wanted`
-    unsigned char *mark; // [element] CutMark
-    uint64_t *visited;   // [point] bits, within a call
-    bool *is_lost;       // [vertex] in changes.lost
+    int head_bits;     // 0: every point has a place in `head`, else 2^head_bits places by hash
+    int *head;         // the vertex of the highest row at a point; -1: none
+    int *next;         // [vertex] another vertex at its point, of a lower row
+    int *fresh;        // [elements above level 0] to be sorted into `wanted`
+    uint64_t *visited; // [point] bits, within a call
+    bool *is_lost;     // [vertex] in changes.lost
     signed char node_at[27]; // node by offset x + 3 y + 9 z; -1: the centre
     CutParents parents[27];  // by offset, likewise
     int old[NODE_COUNT];     // vertices of the element that is being divided

@@ -20,7 +20,7 @@ static bool goes_before(const CutLattice *lattice, int a, int b)
 
 static void want(CutLattice *lattice, int element)
 {
-    unsigned char *mark = &lattice->scratch->mark[element];
+    unsigned char *mark = &lattice->mark[element];
     if (lattice->adapts && (*mark & CUT_WANTED))
         return;
     if (lattice->adapts)
@@ -44,7 +44,7 @@ static bool joins_bitten(const CutLattice *lattice, int element)
 {
     for (int n = 0; n < 27 && !lattice->element[element].whole; n++) {
         const int around = beside(lattice, element, n);
-        if (around >= 0 && (lattice->scratch->mark[around] & CUT_BITTEN))
+        if (around >= 0 && (lattice->mark[around] & CUT_BITTEN))
             return true;
     }
     return false;
@@ -68,7 +68,7 @@ static void want_around(CutLattice *lattice, int element)
 
 void cut_split_bite(CutLattice *lattice, int cell)
 {
-    unsigned char *mark = lattice->scratch->mark;
+    unsigned char *mark = lattice->mark;
     for (int e = cell; e >= 0 && !(mark[e] & CUT_BITTEN); e = cut_lattice_parent(lattice, e)) {
         mark[e] |= CUT_BITTEN;
         if (cut_parts_is_cell(lattice, e))
@@ -89,7 +89,7 @@ void cut_split_find_others(CutLattice *lattice)
 
 bool cut_lattice_is_bitten(const CutLattice *lattice, int element)
 {
-    return lattice->scratch->mark[element] & CUT_BITTEN;
+    return lattice->mark[element] & CUT_BITTEN;
 }
 
 static void sift(const CutLattice *lattice, int *heap, int count, int at)
@@ -324,6 +324,9 @@ static void divide(CutLattice *lattice, int element)
     const int children = __builtin_popcount(lattice->element[element].children);
     // The bit and the counts.
     lattice->divided[element] = 1;
+    lattice->mark[element] &= (unsigned char)~CUT_LEAF;
+    for (int c = child; c < child + children; c++)
+        lattice->mark[c] |= CUT_LEAF;
     lattice->leaf_count += children - 1;
     lattice->leaf_at_level[level]--;
     lattice->leaf_at_level[level - 1] += children;
@@ -389,7 +392,7 @@ static void keep_wanted(CutLattice *lattice, int before)
         if (!lattice->divided[lattice->wanted[w]])
             lattice->wanted[kept++] = lattice->wanted[w];
         else if (lattice->adapts)
-            lattice->scratch->mark[lattice->wanted[w]] &= (unsigned char)~CUT_WANTED;
+            lattice->mark[lattice->wanted[w]] &= (unsigned char)~CUT_WANTED;
     }
     lattice->wanted_count = kept;
     if (appended)
@@ -507,6 +510,7 @@ void cut_lattice_remove(CutLattice *lattice, const int *cell, int count)
     for (int k = 0; k < count; k++) {
         const short *at = lattice->element[cell[k]].cell;
         lattice->divided[cell[k]] = 1;
+        lattice->mark[cell[k]] &= (unsigned char)~CUT_LEAF;
         lattice->leaf_count--;
         lattice->leaf_at_level[0]--;
         cut_parts_enter(lattice, (const int[3]){at[0], at[1], at[2]}, 0, -1);
