@@ -76,7 +76,7 @@ void link_finder_create(LinkFinder *finder, int links, int most, const char *nam
 {
     finder->most = most;
     finder->met = ALLOCATE(ARENA_CONTACT, most, int, "links met");
-    finder->mark = ALLOCATE(ARENA_CONTACT, links / 4 + 1, unsigned char, "marks of links");
+    finder->mark = ALLOCATE(ARENA_CONTACT, links, unsigned char, "marks of links");
 }
 
 CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, int edges)
@@ -93,35 +93,22 @@ CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, in
     return CUT_DONE;
 }
 
-// Changes bits of a link's mark.
-static void flip(LinkFinder *finder, int link, int bits)
-{
-    finder->mark[link / 4] ^= (unsigned char)(bits << 2 * (link % 4));
-}
-
-// Sets a link's mark.
-static void mark(LinkFinder *finder, int link, int bits)
-{
-    flip(finder, link,
-         (finder->mark[link / 4] >> 2 * (link % 4) & (LINK_ODD | LINK_LISTED)) ^ bits);
-}
-
 void link_finder_add(LinkFinder *finder, int link, int count)
 {
-    if (!(finder->mark[link / 4] >> 2 * (link % 4) & LINK_LISTED)) {
+    if (!(finder->mark[link] & LINK_LISTED)) {
         finder->full |= finder->met_count == finder->most;
         if (finder->met_count == finder->most)
             return;
-        mark(finder, link, LINK_LISTED);
+        finder->mark[link] = LINK_LISTED;
         finder->met[finder->met_count++] = link;
     }
-    flip(finder, link, count & LINK_ODD);
+    finder->mark[link] ^= count & LINK_ODD;
 }
 
 void link_finder_mark_met(LinkFinder *finder)
 {
     for (int i = 0; i < finder->met_count; i++)
-        mark(finder, finder->met[i], LINK_ODD | LINK_LISTED);
+        finder->mark[finder->met[i]] = LINK_ODD | LINK_LISTED;
 }
 
 void link_finder_keep_odd(LinkFinder *finder)
@@ -129,9 +116,9 @@ void link_finder_keep_odd(LinkFinder *finder)
     int kept = 0;
     for (int i = 0; i < finder->met_count; i++) {
         const int link = finder->met[i];
-        if (link_finder_is_odd(finder, link))
+        if (finder->mark[link] & LINK_ODD)
             finder->met[kept++] = link;
-        mark(finder, link, 0);
+        finder->mark[link] = 0;
     }
     finder->met_count = kept;
 }
@@ -228,7 +215,7 @@ CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edge
         }
         // Forget what this attempt has met.
         for (int i = 0; i < finder->met_count; i++)
-            mark(finder, finder->met[i], 0);
+            finder->mark[finder->met[i]] = 0;
         finder->met_count = 0;
     }
     return CUT_UNRESOLVED;

@@ -113,7 +113,7 @@ typedef struct LinkFinder {
     CutPath edge[2];
     int parts;                           // sub-ticks,
     CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
-    unsigned char *mark; // of four links each: LINK_ODD, LINK_LISTED; zero between calls
+    unsigned char *mark;                 // [links] LINK_ODD, LINK_LISTED; zero between calls
 } LinkFinder;
 
 // Passes the links that finder->edge may meet to link_finder_meet, each once or, if it is bent, in
@@ -143,7 +143,7 @@ void link_finder_add(LinkFinder *finder, int link, int count);
 void link_finder_keep_odd(LinkFinder *finder);
 static inline bool link_finder_is_odd(const LinkFinder *finder, int link)
 {
-    return finder->mark[link / 4] >> 2 * (link % 4) & LINK_ODD;
+    return finder->mark[link] & LINK_ODD;
 }
 
 #endif
