@@ -50,6 +50,8 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
         const int topology = body->mesh.topology;
         const bool changed = make(sim, b, context, &change);
         body->mesh.topology = changed ? topology_after(topology) : topology;
+        if (!changed && change.inside)
+            guard_allow_change(sim, b);
         if (!changed)
             return;
         follow(sim, b, &change);

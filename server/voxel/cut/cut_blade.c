@@ -66,18 +66,33 @@ static CutVerdict find_hits(BladeSearch *search, const CutSweep *sweep, CutTrail
     return blades->hit_count > 0 ? CUT_DONE : links->met_count > 0 ? CUT_WAS_CUT : CUT_MET_NOTHING;
 }
 
-static CutVerdict sweep_whole(CutBlades *blades, const void *row, const CutSweep *sweep)
+static BladeSearch begin_whole(CutBlades *blades, const void *row, const CutSweep *sweep)
 {
-    BladeSearch search = {.blades = blades, .memory = &blades->whole, .whole = true};
+    BladeSearch search = {
+        .blades = blades, .memory = &blades->whole, .whole = true, .now = 1, .was = -1};
     const LinkFinder *links = &blades->links;
     CutPoint from[2], to[2];
     cut_quantise_edge(&sweep->before, links->origin, links->q, from);
     cut_quantise_edge(&sweep->after, links->origin, links->q, to);
-    // A command knows nothing of earlier positions: every cell is new.
-    memset(blades->whole.stamp, 0, (size_t)blades->place_most * sizeof *blades->whole.stamp);
-    search.now = 1, search.was = -1;
     cut_centres_begin(&search.centres, blades->lattice, blades->rows, row);
     cut_near_set_edge(&search, (CutPath[2]){{{from[0], to[0]}}, {{from[1], to[1]}}});
+    return search;
+}
+
+int cut_blades_find_larger(CutBlades *blades, const void *row, const CutSweep *sweep, int level)
+{
+    const BladeEdge edge[2] = {sweep->before, sweep->after};
+    if (link_finder_check(&blades->links, edge, 2) != CUT_DONE) // cut_blades_find says so
+        return 0;
+    BladeSearch search = begin_whole(blades, row, sweep);
+    return cut_near_find_larger(&search, level, blades->larger);
+}
+
+static CutVerdict sweep_whole(CutBlades *blades, const void *row, const CutSweep *sweep)
+{
+    BladeSearch search = begin_whole(blades, row, sweep);
+    // A command knows nothing of earlier positions: every cell is new.
+    memset(blades->whole.stamp, 0, (size_t)blades->place_most * sizeof *blades->whole.stamp);
     cut_near_find_codes(&search);
     return find_hits(&search, sweep, NULL);
 }
@@ -212,6 +227,11 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
         for (int axis = 0; axis < 3; axis++)
             blades->beyond[cell][axis] = cut_lattice_beyond(lattice, cell, axis);
     create_scratch(blades, name, sparse, arena);
+    const int larger = lattice->element_count - cells;
+    if (lattice->adapts && larger > 0)
+        blades->larger =
+            ALLOCATE(ARENA_CONTACT, larger < lattice->most_larger ? larger : lattice->most_larger,
+                     int, "larger elements met");
     blades->vertex_code =
         ALLOCATE(ARENA_CONTACT, lattice->vertex_capacity, unsigned short, "codes of vertices");
     blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");

@@ -56,6 +56,7 @@ typedef struct CutBlades {
     CutCrossing *crossing;   // [hit_most] where they were met; NULL: not wanted
 
     // --- scratch ---
+    int *larger; // larger elements that a command may meet; NULL: the body does not adapt
     // Cells that a sweep has looked at, where not every cell has its own place.
     int *cell_at;                // [place_most] cell of a place
     int *place_at;               // [2^place_bits] place of a cell, by hash; -1: free. NULL: its own
@@ -84,6 +85,9 @@ void cut_blades_want_crossings(CutBlades *blades, const char *name, Arena *arena
 // Only sets `verdict` and `separated`.
 bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutSweep *sweep,
                      CutOutcome *outcome);
+// In a body that adapts: finds the leaves of a level that a command's sweep may meet, in
+// blades->larger. Returns how many.
+int cut_blades_find_larger(CutBlades *blades, const void *row, const CutSweep *sweep, int level);
 // Call it when the lattice has changed: merging moves the centres of cells, which division does
 // not.
 void cut_blades_follow(CutBlades *blades);

@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { CLEAR_PASSES = 8 }; // at most, over what is in the way of a cut
+
 // ---------------------------------------------------------------------------------------------
 // Changes of topology
 
@@ -43,16 +45,22 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
     return shown;
 }
 
-static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, int faces)
+// True if as many faces can break. Faces: NULL, or those, which lie between leaves.
+static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, const int (*face)[2], int faces)
 {
-    const CutLattice *lattice = &cuts->lattice;
-    // Each broken face may need four vertices.
-    if (!cut_lattice_has_room(lattice, faces) || !cut_pieces_have_room(&cuts->pieces, faces)) {
+    CutLattice *lattice = &cuts->lattice;
+    // Each broken face may need four vertices; those of a plane need about one, which is counted
+    // where it matters.
+    const int room = cut_parts_room(lattice);
+    outcome->needed = 4 * faces;
+    if (outcome->needed > room && face != NULL)
+        outcome->needed = cut_lattice_births(lattice, face, faces);
+    if (outcome->needed > room || !cut_pieces_have_room(&cuts->pieces, faces)) {
         outcome->verdict = CUT_NO_NODES;
-        outcome->needed = 4 * faces;
-        outcome->room = cut_parts_room(lattice);
+        outcome->room = room;
         return false;
     }
+    outcome->needed = 0;
     if (!cut_faces_has_room(&cuts->faces, faces, &outcome->needed, &outcome->room)) {
         outcome->verdict = CUT_NO_FACES;
         return false;
@@ -83,21 +91,110 @@ static bool break_faces(VoxelCuts *cuts, Body *body, AccountCause cause, const i
     return changed;
 }
 
+// What was divided or merged changed inside alone. Nodes that come and go are where nothing outside
+// refers to them; only a mesh of all nodes shows them.
+static void follow_inside(VoxelCuts *cuts, Body *body, TopologyChange *change)
+{
+    cut_body_follow(cuts, body, true, false, change);
+    *change = (TopologyChange){.inside = true};
+    if (cuts->faces.all)
+        body->mesh.topology = topology_after(body->mesh.topology);
+}
+
+// Divides the larger elements that a command may meet, level by level, so that it looks only at
+// cells that are near it. Returns how many there is no room for.
+static int clear_sweep(VoxelCuts *cuts, Body *body, const CutSweep *sweep, TopologyChange *change)
+{
+    const Vertices *vertices = &((const VoxelModel *)body->model)->vertices;
+    const CutBlades *blades = &cuts->blades;
+    CutLattice *lattice = &cuts->lattice;
+    // Again, since elements of one level make room when they are divided into those of the next.
+    for (int left = 0, pass = 0;; pass++, left = 0) {
+        int divided = 0;
+        for (int level = lattice->levels; level > 0; level--) {
+            const int count =
+                cut_blades_find_larger(&cuts->blades, vertices_row(vertices), sweep, level);
+            const int now = cut_lattice_divide(lattice, blades->larger, count);
+            if (now > 0)
+                follow_inside(cuts, body, change);
+            divided += now;
+            for (int k = 0; k < count; k++)
+                left += !lattice->divided[blades->larger[k]];
+        }
+        if (left == 0 || divided == 0 || pass == CLEAR_PASSES)
+            return left;
+    }
+}
+
+// Divides what is in the way of faces that are to break, so that they part the body at once.
+// Returns how many faces there is no room for.
+static int clear_faces(VoxelCuts *cuts, Body *body, const int (*face)[2], int count,
+                       TopologyChange *change)
+{
+    for (int left, pass = 0;; pass++) {
+        const int divided = cut_lattice_clear(&cuts->lattice, face, count, INT_MAX, &left);
+        if (divided > 0)
+            follow_inside(cuts, body, change);
+        if (left == 0 || divided == 0 || pass == CLEAR_PASSES)
+            return left;
+    }
+}
+
+// Refuses a cut since this many elements or faces in its way have no room to be divided.
+static void refuse_division(const VoxelCuts *cuts, int count, CutOutcome *outcome)
+{
+    outcome->verdict = CUT_NO_NODES;
+    outcome->separated = 0;
+    outcome->room = cut_parts_room(&cuts->lattice);
+    outcome->needed = outcome->room + NODE_CORNERS * count;
+}
+
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change)
 {
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
-    const void *row = vertices_row(&model->vertices);
+    CutBlades *blades = &cuts->blades;
     const double tick = body->h * body->substeps;
-    if (!cut_blades_find(&cuts->blades, row, tick, sweep, outcome))
+    const bool adapts = cuts->lattice.adapts;
+    int left = adapts && sweep->phase == CUT_WHOLE ? clear_sweep(cuts, body, sweep, change) : 0;
+    if (left > 0)
+        refuse_division(cuts, left, outcome);
+    if (left > 0 || !cut_blades_find(blades, vertices_row(&model->vertices), tick, sweep, outcome))
         return false;
     // All or nothing: a cut that does not fit breaks no face.
-    if (!has_room(cuts, outcome, cuts->blades.hit_count)) {
+    const int count = blades->hit_count;
+    const int(*hit)[2] = (const int(*)[2])blades->hit;
+    const bool counted = adapts && count <= blades->hit_most;
+    if (counted)
+        left = clear_faces(cuts, body, hit, count, change);
+    if (left > 0)
+        refuse_division(cuts, left, outcome);
+    if (left > 0 || !has_room(cuts, outcome, counted ? hit : NULL, count)) {
         outcome->separated = 0;
         return false;
     }
-    return break_faces(cuts, body, ACCOUNT_CUT, (const int(*)[2])cuts->blades.hit,
-                       cuts->blades.crossing, cuts->blades.hit_count, outcome, change);
+    return break_faces(cuts, body, ACCOUNT_CUT, hit, blades->crossing, count, outcome, change);
+}
+
+// Divides what is in the way of faces that are to tear, as many as the budget allows, and leaves in
+// the list those that nothing is in the way of: the others tear in a later tick, if they still do.
+static void clear_torn(VoxelCuts *cuts, Body *body, TopologyChange *change)
+{
+    CutTear *tear = &cuts->tear;
+    CutLattice *lattice = &cuts->lattice;
+    int divided = 0, kept = 0;
+    for (int k = 0; k < tear->hit_count; k++) {
+        int left;
+        divided += cut_lattice_clear(lattice, (const int(*)[2])tear->hit + k, 1,
+                                     lattice->split_budget - divided, &left);
+        if (left > 0)
+            continue;
+        tear->hit[kept][0] = tear->hit[k][0];
+        tear->hit[kept++][1] = tear->hit[k][1];
+    }
+    tear->hit_count = kept;
+    if (divided > 0)
+        follow_inside(cuts, body, change);
 }
 
 bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange *change)
@@ -105,12 +202,18 @@ bool cut_body_tear(Body *body, double tick, CutOutcome *outcome, TopologyChange 
     (void)tick;
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
+    CutTear *tear = &cuts->tear;
     const VoxelPass pass = voxel_pass(model, vertices_row(&model->vertices));
+    const bool adapts = cuts->lattice.adapts;
     *outcome = (CutOutcome){.verdict = CUT_MET_NOTHING};
-    if (!cut_tear_find(&cuts->tear, &pass) || !has_room(cuts, outcome, cuts->tear.hit_count))
+    if (!cut_tear_find(tear, &pass))
         return false;
-    return break_faces(cuts, body, ACCOUNT_TEAR, (const int(*)[2])cuts->tear.hit, NULL,
-                       cuts->tear.hit_count, outcome, change);
+    if (adapts)
+        clear_torn(cuts, body, change);
+    const int(*hit)[2] = (const int(*)[2])tear->hit;
+    if (tear->hit_count == 0 || !has_room(cuts, outcome, adapts ? hit : NULL, tear->hit_count))
+        return false;
+    return break_faces(cuts, body, ACCOUNT_TEAR, hit, NULL, tear->hit_count, outcome, change);
 }
 
 bool cut_body_reconstruct(Body *body, TopologyChange *change)
@@ -145,12 +248,7 @@ bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *chang
     cuts->refused += cuts->adapt->refused > refused;
     if (changed == 0)
         return false;
-    // Nodes that come and go are inside, where nothing outside refers to them; only a mesh of all
-    // nodes shows them.
-    cut_body_follow(cuts, body, true, false, change);
-    *change = (TopologyChange){.inside = true};
-    if (cuts->faces.all)
-        body->mesh.topology = topology_after(body->mesh.topology);
+    follow_inside(cuts, body, change);
     return false;
 }
 

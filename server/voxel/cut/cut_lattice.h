@@ -317,9 +317,15 @@ int cut_lattice_node_at(const CutLattice *lattice, int leaf, const int point[3])
 
 // True if this many new broken faces are certain to fit.
 bool cut_lattice_has_room(const CutLattice *lattice, int faces);
+// Returns how many vertices come when unbroken faces between leaves break.
+int cut_lattice_births(CutLattice *lattice, const int (*face)[2], int count);
 // Breaks faces {cell, axis} that are not broken yet, first all bits, then the vertices. Those
 // inside coarse leaves are dormant until these leaves, which now must be divided, are.
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
+// Divides the leaves in the way of faces that are to break: those that cover their cells and, in a
+// body that adapts, partly filled ones around; about as many as the budget allows. `left`: faces
+// that something is still in the way of. Returns how many were divided.
+int cut_lattice_clear(CutLattice *lattice, const int (*face)[2], int count, int budget, int *left);
 // True if the vertices of this many cells that go are certain to fit.
 bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells);
 // Divides the leaves in the way of cells that are to go: those that cover them, and those across

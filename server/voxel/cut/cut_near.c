@@ -342,24 +342,47 @@ static void find_vertex_codes(BladeSearch *search)
     }
 }
 
+// Returns the bits that all vertices of a leaf share.
+static unsigned code_of_leaf(const CutBlades *blades, int leaf)
+{
+    const CutLattice *lattice = blades->lattice;
+    const int *node = cut_lattice_nodes(lattice, leaf);
+    const int count = lattice->element[leaf].level == 0 ? NODE_CORNERS : NODE_COUNT;
+    unsigned code = 0x3ff;
+    for (int n = 0; n < count; n++)
+        code &= node[n] < 0 ? 0x3ffu : blades->vertex_code[node[n]];
+    return code;
+}
+
+// True if what is on these sides cannot be met: beyond the box, or beyond both planes.
+static bool is_clear(unsigned code)
+{
+    return (code & 0x3f) != 0 || ((code & 0xc0) != 0 && (code & 0x300) != 0);
+}
+
 void cut_near_find_codes(BladeSearch *search)
 {
     CutBlades *blades = search->blades;
-    const CutLattice *lattice = blades->lattice;
     find_vertex_codes(search);
     unsigned code = 0;
     for (int cell = 0, before = -1; cell < blades->cell_count; cell++) {
-        const int leaf = cut_lattice_leaf_of(lattice, cell);
-        if (leaf != before) {
-            const int *node = cut_lattice_nodes(lattice, leaf);
-            const int count = leaf == cell ? NODE_CORNERS : NODE_COUNT;
-            code = 0x3ff;
-            for (int n = 0; n < count; n++)
-                code &= node[n] < 0 ? 0x3ffu : blades->vertex_code[node[n]];
-        }
+        const int leaf = cut_lattice_leaf_of(blades->lattice, cell);
+        if (leaf != before)
+            code = code_of_leaf(blades, leaf);
         before = leaf;
         blades->near_code[cell] = (unsigned short)code;
     }
+}
+
+int cut_near_find_larger(BladeSearch *search, int level, int *leaf)
+{
+    const CutLattice *lattice = search->blades->lattice;
+    int count = 0;
+    find_vertex_codes(search);
+    for (int e = lattice->level_first[level]; e < lattice->level_first[level + 1]; e++)
+        if (cut_lattice_is_leaf(lattice, e) && !is_clear(code_of_leaf(search->blades, e)))
+            leaf[count++] = e;
+    return count;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -418,8 +441,7 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
                         cut_lattice_is_gone(blades->lattice, beyond))))
             continue;
         if (search->whole) {
-            const unsigned both = blades->near_code[cell] & blades->near_code[beyond];
-            if ((both & 0x3f) != 0 || ((both & 0xc0) != 0 && (both & 0x300) != 0))
+            if (is_clear(blades->near_code[cell] & blades->near_code[beyond]))
                 continue;
             look_at(search, cell);
             look_at(search, beyond);

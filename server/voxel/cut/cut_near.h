@@ -34,6 +34,8 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
 void cut_near_look_at_brick(BladeSearch *search, int brick);
 // Commands: computes the codes of all cells, with the edge set without shifts.
 void cut_near_find_codes(BladeSearch *search);
+// Commands: finds the leaves of a level that the sweep may meet, with the edge set without shifts.
+int cut_near_find_larger(BladeSearch *search, int level, int *leaf);
 // Returns the path of a cell's centre, after it was looked at.
 CutPath cut_near_path(const BladeSearch *search, int cell);
 // Returns cut_lattice_beyond as it was at load.

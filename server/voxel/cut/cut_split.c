@@ -145,6 +145,31 @@ static void corner_of_face(const CutLattice *lattice, int cell, int axis, int co
     point[b] += corner >> 1;
 }
 
+int cut_lattice_births(CutLattice *lattice, const int (*face)[2], int count)
+{
+    uint64_t *visited = lattice->scratch->visited;
+    int births = 0, point[3], leaf[8];
+    // As if they were broken.
+    for (int f = 0; f < count; f++)
+        lattice->broken[face[f][0]] |= (unsigned char)(1 << face[f][1]);
+    for (int at = 0; at < 4 * count; at++) {
+        corner_of_face(lattice, face[at / 4][0], face[at / 4][1], at % 4, point);
+        const int index = cut_parts_index(lattice->scratch, point);
+        if (bits_has(visited, index))
+            continue;
+        bits_add(visited, index);
+        cut_lattice_around(lattice, point, leaf);
+        births += cut_points_missing(lattice, point, leaf);
+    }
+    for (int at = 0; at < 4 * count; at++) {
+        corner_of_face(lattice, face[at / 4][0], face[at / 4][1], at % 4, point);
+        bits_remove(visited, cut_parts_index(lattice->scratch, point));
+    }
+    for (int f = 0; f < count; f++)
+        lattice->broken[face[f][0]] &= (unsigned char)~(1 << face[f][1]);
+    return births;
+}
+
 // Sets the bit alone.
 static void break_face(CutLattice *lattice, int cell, int axis)
 {
@@ -437,17 +462,51 @@ bool cut_lattice_has_room_to_remove(const CutLattice *lattice, int cells)
     return 16L * cells <= cut_parts_room(lattice);
 }
 
-// Divides the leaves that cover a cell, from the largest to the finest. True if it is a leaf now.
-static bool divide_down(CutLattice *lattice, int cell, int budget, int *divided)
+// Divides what is in the way of a cell's faces, from the largest elements to the finest: the leaves
+// that cover the cell and, in a body that adapts, partly filled ones around them (joins_bitten).
+// True if nothing is in the way now.
+static bool clear_cell(CutLattice *lattice, int cell, int budget, int *divided)
 {
-    while (!cut_lattice_is_leaf(lattice, cell)) {
-        const int more =
-            *divided < budget ? divide_in_order(lattice, cut_parts_leaf(lattice, cell)) : 0;
-        if (more == 0)
-            return false;
-        *divided += more;
-    }
+    int above[VOXEL_LEVELS_MAX], count = 0;
+    for (int e = cut_lattice_parent(lattice, cell); e >= 0; e = cut_lattice_parent(lattice, e))
+        above[count++] = e;
+    while (count-- > 0)
+        for (int n = 0; n < 27; n++) {
+            const bool own = n == 13;
+            const int around = own               ? above[count]
+                               : lattice->adapts ? beside(lattice, above[count], n)
+                                                 : -1;
+            if (around < 0 || !cut_lattice_is_leaf(lattice, around) ||
+                (!own && lattice->element[around].whole))
+                continue;
+            if (*divided < budget)
+                *divided += divide_in_order(lattice, around);
+            if (!lattice->divided[around])
+                return false;
+        }
     return true;
+}
+
+int cut_lattice_clear(CutLattice *lattice, const int (*face)[2], int count, int budget, int *left)
+{
+    const int wanted = lattice->wanted_count;
+    int divided = 0, last[2] = {-1, -1};
+    bool good[2] = {true, true};
+    *left = 0;
+    for (int f = 0; f < count; f++) {
+        const int side[2] = {face[f][0],
+                             cut_lattice_across(lattice, face[f][0], 2 * face[f][1] + 1)};
+        for (int k = 0; k < 2; k++) {
+            // What is in the way of a cell is in the way of the others of its parent.
+            const int parent = cut_lattice_parent(lattice, side[k]);
+            if (parent != last[k])
+                good[k] = parent < 0 || clear_cell(lattice, side[k], budget, &divided);
+            last[k] = parent;
+        }
+        *left += !good[0] || !good[1];
+    }
+    keep_wanted(lattice, wanted);
+    return divided;
 }
 
 int cut_lattice_expose(CutLattice *lattice, int *cell, int *count, int budget)
@@ -455,11 +514,11 @@ int cut_lattice_expose(CutLattice *lattice, int *cell, int *count, int budget)
     const int wanted = lattice->wanted_count;
     int divided = 0, kept = 0;
     for (int k = 0; k < *count; k++) {
-        bool good = divide_down(lattice, cell[k], budget, &divided);
+        bool good = clear_cell(lattice, cell[k], budget, &divided);
         for (int d = 0; d < SQUARE_DIRECTIONS && good; d++) {
             const int across = cut_lattice_across(lattice, cell[k], d);
             good = across < 0 || cut_lattice_is_gone(lattice, across) ||
-                   divide_down(lattice, across, budget, &divided);
+                   clear_cell(lattice, across, budget, &divided);
         }
         if (good)
             cell[kept++] = cell[k];
