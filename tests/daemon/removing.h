@@ -11,7 +11,7 @@
 #include "pliant_ledger_t.h"
 #include "pliant_status_t.h"
 
-enum { BODIES = 2, TISSUES = 3, EVENTS = 6 }; // two tissues of the solid, and the wall
+enum { BODIES = 2, TISSUES = 3, EVENTS = 8 }; // two tissues of the solid, and the wall
 // A load of LOAD newtons for LOAD_TICKS gives a loose cell of 0.125 g so many m/s at most, and
 // there is nothing that stops it before the next RESET. Numbers that have got lost go farther.
 enum { LOAD = 4, LOAD_TICKS = 20 };
@@ -26,6 +26,7 @@ typedef enum Deed {
     TEAR,
     GRASP,
     PRESS,
+    TIE,
     RESET,
     SAVE,
     DEEDS
@@ -66,7 +67,9 @@ typedef struct Trial {
     Deed now;
     int64_t reset_at; // step
     pliant_event_t_subscription_t *on_event;
-    int64_t done[DEEDS], made[DEEDS], events[EVENTS]; // made: of cuts, those that cut something
+    int64_t done[DEEDS], made[DEEDS],
+        events[EVENTS]; // made: of
+                        // cuts, loads and ties, those that did something
 } Trial;
 
 // Fails the test with what was being done unless the condition holds.

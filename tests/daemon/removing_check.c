@@ -13,10 +13,11 @@ const char *const removing_deed[DEEDS] = {"cuts",
                                           "loads that tear",
                                           "grasps",
                                           "presses of a probe",
+                                          "ties",
                                           "resets",
                                           "checkpoints"};
-const char *const removing_event[EVENTS] = {"cut",    "tear",        "piece",
-                                            "remove", "cut_refused", "remove_refused"};
+const char *const removing_event[EVENTS] = {"cut",         "tear",           "piece", "remove",
+                                            "cut_refused", "remove_refused", "tie",   "tie_broken"};
 // --- what came ---
 
 RAW_HANDLER(on_mesh)

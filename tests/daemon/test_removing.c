@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 // A long trial of all that takes tissue apart, in one daemon: cuts by message and by blade,
-// suction, drill and diathermy, tears, grasps and presses, drawn from a seed, on a solid of two
-// tissues and on a wall, with RESETs and checkpoints between. A client in lockstep checks after
-// each of them, from messages alone, what always holds: meshes, pieces, the ledger, masses. In the
-// end a replay of the inputs, and one from the last checkpoint on, come to the same state.
-// PLIANT_REMOVING_SEED is another seed, PLIANT_REMOVING_DEEDS another number of deeds.
+// suction, drill and diathermy, tears, grasps, presses and ties, some of which are cut or break,
+// drawn from a seed, on a solid of two tissues and on a wall, with RESETs and checkpoints between.
+// A client in lockstep checks after each of them, from messages alone, what always holds: meshes,
+// pieces, the ledger, masses. In the end a replay of the inputs, and one from the last checkpoint
+// on, come to the same state. PLIANT_REMOVING_SEED is another seed, PLIANT_REMOVING_DEEDS another
+// number of deeds.
 #include "test.h"
 #include "effort.h"
 #include "random.h"
@@ -13,14 +14,14 @@
 #include <sys/wait.h>
 
 enum { SIDE = 13 };
-static const double CELL = 0.005;            // of the solid [m]
-static const double AT[BODIES] = {0.0, 0.1}; // their centres, along x [m]
-static const char SCENE[] =                  // with the levels of the solid
-    "name = \"removing\"; start = \"paused\"; rate_hz = 1000.0;\n"
+static const double CELL = 0.005;             // of the solid [m]
+static const double AT[BODIES] = {0.0, 0.07}; // their centres, along x [m]
+static const char SCENE[] =                   // with the levels of the solid
+    "name = \"removing\"; start = \"paused\"; rate_hz = 1000.0; max_ties = 4;\n"
     "publish = { nodes_hz = 1.0; mesh_hz = 1.0; contact_hz = 0.0; status_hz = 1.0; };\n"
     "bodies = (\n"
     "  { name = \"organ\"; model = \"voxel\"; levels = %s; cuttable = true; split_budget = 16;\n"
-    "    surface = \"fitted\";\n"
+    "    surface = \"fitted\"; integrator = \"leapfrog\";\n"
     "    voxels = { file = \"removing.nrrd\"; label = [1, 2];\n"
     "               place = { translation = [-0.03, -0.03, -0.03]; }; };\n"
     "    material = { youngs_modulus = 8.0e3; prestress = 500.0; };\n"
@@ -29,11 +30,13 @@ static const char SCENE[] =                  // with the levels of the solid
     "    fixed = ( { box = ([-1.0, -1.0, -1.0], [0.05, 1.0, -0.02]); } ); },\n"
     "  { name = \"wall\"; model = \"surface\"; levels = 1; cuttable = true; prestress = 0.1;\n"
     "    mesh = { generator = \"ico_sphere\"; nodes = 162; radius = 0.03;\n"
-    "             place = { translation = [0.1, 0.0, 0.0]; }; };\n"
+    "             place = { translation = [0.07, 0.0, 0.0]; }; };\n"
     "    material = { youngs_modulus_2d = 80.0; areal_density = 4.2; damping_time = 2.0e-4; };\n"
     "    shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
     "    tear = { stretch = 0.6; };\n"
     "    fixed = ( { box = ([0.05, -1.0, -1.0], [1.0, 1.0, -0.02]); } ); } );\n"
+    "attachments = ( { body = \"organ\"; to = \"world\"; sphere = [-0.03, 0.0, 0.0]; radius = "
+    "0.01; } );\n"
     "tools = (\n"
     "  { id = 1; kind = \"probe\"; capsules = ( { radius = 0.005; } ); },\n"
     "  { id = 2; kind = \"blade\"; edge = ([0.0, 0.0, -0.03], [0.0, 0.0, 0.03]); },\n"
@@ -49,8 +52,9 @@ static const char SCENE[] =                  // with the levels of the solid
 
 // Of a hundred deeds; of the others one is a RESET each 5, 10, 20, ... 320, by chance, the rest are
 // cuts.
-static const int SHARE[DEEDS] = {[STROKE] = 15, [SUCTION] = 12, [DRILL] = 14, [DIATHERMY] = 6,
-                                 [TEAR] = 12,   [GRASP] = 5,    [PRESS] = 5,  [SAVE] = 1};
+static const int SHARE[DEEDS] = {
+    [STROKE] = 15, [SUCTION] = 12, [DRILL] = 14, [DIATHERMY] = 6, [TEAR] = 12,
+    [GRASP] = 5,   [PRESS] = 5,    [TIE] = 10,   [SAVE] = 1};
 
 // --- deeds ---
 
@@ -136,7 +140,9 @@ static int64_t move(Trial *trial, int tool, Vec3 from, Vec3 to, int poses, int t
         const Vec3 way = vec3_scale((double)k / poses, vec3_sub(to, from));
         // A tool works from its second pose on, so that what it does begins where it is.
         pose(trial, tool, vec3_add(from, way), turn, k > 0 ? grip : 0.0, true);
-        removing_step(trial, ticks);
+        const int64_t step = removing_step(trial, ticks);
+        if (random_below(&trial->random, 8) == 0)
+            removing_check(trial, step);
     }
     return lift(trial, tool, to, turn);
 }
@@ -147,10 +153,9 @@ static void publish_cut(Client *client, const void *message)
 }
 
 // A plane quadrilateral about a node, up to as large as the body; in one of ten cuts a screwed one.
-static int64_t cut(Trial *trial)
+static int64_t cut_at(Trial *trial, int body, Vec3 at)
 {
-    const int body = any_body(trial);
-    const Vec3 at = any_node(trial, body), u = direction(trial);
+    const Vec3 u = direction(trial);
     const Vec3 v = vec3_cross(u, direction(trial));
     const double reach = random_between(&trial->random, 0.005, 0.06);
     const bool all = random_below(&trial->random, 8) == 0,
@@ -168,8 +173,48 @@ static int64_t cut(Trial *trial)
     }
     const Reply *reply = answer_to(trial->client, message.id, publish_cut, &message);
     trial->made[CUT] += reply->ok;
-    // Larger elements in its way are divided within some ticks; until then both sides share points.
-    return removing_step(trial, 40);
+    return removing_step(trial, 1);
+}
+
+static int64_t cut(Trial *trial)
+{
+    const int body = any_body(trial);
+    return cut_at(trial, body, any_node(trial, body));
+}
+
+// Makes a tie of any kind at a node, changes one or releases one. Some are cut through at once,
+// others break when they are pulled.
+static int64_t tie(Trial *trial)
+{
+    enum { MOST = 4 };
+    const int body = any_body(trial), kind = 1 + random_below(&trial->random, 4);
+    const Vec3 at = any_node(trial, body);
+    const double center[3] = {at.x, at.y, at.z};
+    const int action = random_below(&trial->random, 5);
+    pliant_tie_t message =
+        make_tie(trial->client, kind, center, random_between(&trial->random, 0.004, 0.02),
+                 removing_body[body]);
+    message.action = action == 0   ? PLIANT_TIE_T_RELEASE
+                     : action == 1 ? PLIANT_TIE_T_CHANGE
+                                   : PLIANT_TIE_T_MAKE;
+    message.tie = message.action == PLIANT_TIE_T_MAKE ? 0 : 1 + random_below(&trial->random, MOST);
+    message.stiffness = random_between(&trial->random, 0.05, 1.0);
+    message.tool = 3;
+    if (random_below(&trial->random, 2) == 0)
+        message.break_force = random_between(&trial->random, 0.001, 0.1);
+    if (kind == PLIANT_TIE_T_TIE || (kind == PLIANT_TIE_T_CLIP && body == 1))
+        strcpy((char *)message.to_body, removing_body[1 - body]);
+    if (kind == PLIANT_TIE_T_CARRY) {
+        pose(trial, 3, at, (double[4]){1.0, 0.0, 0.0, 0.0}, 0.0, true);
+        removing_step(trial, 2);
+    }
+    const Reply *reply = apply_tie(trial->client, &message);
+    trial->made[TIE] += reply->ok;
+    removing_step(trial, 5);
+    if (kind == PLIANT_TIE_T_CARRY)
+        return move(trial, 3, at, vec3_add(at, vec3_scale(0.02, direction(trial))), 6, 4, 0.0);
+    return random_below(&trial->random, 2) == 0 ? cut_at(trial, body, at)
+                                                : removing_step(trial, 20);
 }
 
 static int64_t stroke(Trial *trial)
@@ -271,6 +316,8 @@ static int64_t do_next(Trial *trial)
         return grasp(trial);
     case PRESS:
         return press(trial);
+    case TIE:
+        return tie(trial);
     case RESET:
         return reset(trial);
     case SAVE:
@@ -334,11 +381,12 @@ static void report(const Trial *trial, double seconds)
     print_message("%d deeds in %.1f s, %lld ticks:", trial->deed, seconds, (long long)trial->step);
     for (int deed = 0; deed < DEEDS; deed++)
         print_message(" %lld %s,", (long long)trial->done[deed], removing_deed[deed]);
-    print_message("\n%lld cuts cut; %lld loads taken; deltas %d and %d; farthest node %.2f and "
+    print_message("\n%lld cuts cut; %lld loads taken; %lld ties tied; deltas %d and %d; farthest "
+                  "node %.2f and "
                   "%.2f m\n",
                   (long long)trial->made[CUT], (long long)trial->made[TEAR],
-                  trial->follower[0].deltas, trial->follower[1].deltas, trial->follower[0].farthest,
-                  trial->follower[1].farthest);
+                  (long long)trial->made[TIE], trial->follower[0].deltas, trial->follower[1].deltas,
+                  trial->follower[0].farthest, trial->follower[1].farthest);
     for (int k = 0; k < EVENTS; k++)
         print_message("%lld events %s%s", (long long)trial->events[k], removing_event[k],
                       k + 1 < EVENTS ? ", " : "\n");
@@ -412,5 +460,5 @@ TEST(whatever_takes_tissue_apart_keeps_meshes_pieces_masses_and_the_ledger)
 
 TEST(so_does_it_where_elements_follow_the_tools)
 {
-    take_apart("{ inside = 1; surface = 1; }");
+    take_apart("{ inside = 2; surface = 2; }");
 }
