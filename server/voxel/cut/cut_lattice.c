@@ -280,8 +280,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
 enum { FAMILY = 8 }; // rows for the children of an element of level 1, void ones included
 
 // Sets how many leaves there may be: as many as a pool of vertices is good for. A cell takes about
-// one, and more at the surface, where families are not whole; around fine parts one larger leaf
-// comes with eight cells or more.
+// one, and more at the surface, where families are not whole; larger ones come with them, most
+// around a slanting cut: three with eight cells through the middle of a cube of 64^3.
 static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int pool)
 {
     enum { LEAST = 32 };
@@ -292,7 +292,7 @@ static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int 
         families += divided[e] && e < end;
         larger += !divided[e] && (parent < 0 || divided[parent]);
     }
-    const long most = families + pool / 6 + LEAST, most_larger = larger + pool / 8 + FAMILY * LEAST;
+    const long most = families + pool / 6 + LEAST, most_larger = larger + pool / 4 + FAMILY * LEAST;
     if (end > first)
         lattice->most_cells = FAMILY * (most < end - first ? (int)most : end - first);
     if (most_larger < lattice->most_larger)
