@@ -140,7 +140,8 @@ static const Option BODY_OPTIONS[] = {
     {"split_budget", OPTION_INT, AT(body.voxel.split_budget), "", 1.0, 1e6, .preset = 12,
      .only = VOXEL_ONLY, .physics = true, .idle = {&IDLE_IS_WHOLE, &IDLE_HAS_ONLY_CELLS},
      .about = "Voxel: largest number of elements that one tick divides around a cut; the rest "
-              "follows in the next ticks. Not for a plane body, whose elements are never divided."},
+              "follows in the next ticks. Solids that adapt divide what is in the way of a cut at "
+              "once. Not for a plane body, whose elements are never divided."},
     {"coagulated_stiffness", OPTION_REAL, AT(body.voxel.coagulated_stiffness), "", 1.0, 100.0,
      .preset = HEAT_STIFFER, .only = VOXEL_ONLY, .physics = true,
      .idle = {&IDLE_IS_WHOLE, &IDLE_IS_NOT_HEATED},
