@@ -326,8 +326,7 @@ static int divide(CutAdapt *adapt)
     adapt->divided += divided;
     // Those for which there is no room wait for the next sweep, and keep nothing else waiting.
     for (int k = 0; k < count; k++)
-        adapt->refused += cut_lattice_is_leaf(adapt->lattice, element[k]) &&
-                          !cut_lattice_is_bitten(adapt->lattice, element[k]);
+        adapt->refused += cut_lattice_is_leaf(adapt->lattice, element[k]);
     return divided;
 }
 

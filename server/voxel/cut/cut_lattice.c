@@ -253,7 +253,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     if (lattice->removable)
         scratch->is_lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "lost");
     // What a change marks.
-    scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "fresh wishes");
+    scratch->fresh =
+        ALLOCATE(ARENA_TOPOLOGY, lattice->adapts ? 0 : elements - cells, int, "fresh wishes");
     lattice->mark = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "marks of elements");
     // Tables of a divided element.
     for (int at = 0; at < 27; at++)
@@ -334,7 +335,8 @@ static void create_state(CutLattice *lattice, const char *name, Arena *arena, St
                                      sizeof *lattice->corner, "%s/%s", name, "corners");
     lattice->node = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)lattice->most_larger,
                                    sizeof *lattice->node, "%s/%s", name, "nodes");
-    lattice->wanted = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "wanted divisions");
+    lattice->wanted =
+        ALLOCATE(ARENA_TOPOLOGY, lattice->adapts ? 0 : elements - cells, int, "wanted divisions");
 }
 
 // Marks the vertices that keep their rows for ever: those on outer squares and, for a smooth
@@ -389,6 +391,8 @@ static bool check_ids(const CutLattice *lattice, const char *name, Status *statu
                        INT_MAX / 16);
 }
 
+static bool derive(CutLattice *lattice);
+
 bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *arena,
                         StateList *state, Status *status)
 {
@@ -428,8 +432,12 @@ bool cut_lattice_create(CutLattice *lattice, const VoxelMaking *making, Arena *a
     }
     if (lattice->removable) // nothing is gone: as the ids say
         cut_points_find_anchors(lattice);
-    const bool sound = cut_lattice_derive(lattice);
+    const bool sound = derive(lattice);
     ASSERT(sound);
+    if (lattice->adapts) {
+        cut_split_divide_others(lattice);
+        cut_lattice_forget_changes(lattice);
+    }
     return true;
 }
 
@@ -757,7 +765,7 @@ static void enter_leaves(CutLattice *lattice)
 static void find_wanted(CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++)
-        lattice->mark[e] &= (unsigned char)~(CUT_BITTEN | CUT_WANTED);
+        lattice->mark[e] &= (unsigned char)~CUT_BITTEN;
     lattice->wanted_count = 0;
     for (int cell = 0; cell < lattice->level_first[1]; cell++)
         for (int axis = 0; axis < 3; axis++)
@@ -765,8 +773,6 @@ static void find_wanted(CutLattice *lattice)
                 cut_split_bite(lattice, cell);
                 cut_split_bite(lattice, cut_lattice_across(lattice, cell, 2 * axis + 1));
             }
-    if (lattice->adapts)
-        cut_split_find_others(lattice);
     cut_split_sort(lattice, 0);
 }
 
@@ -836,7 +842,7 @@ static bool find_vertices(CutLattice *lattice)
     return expected == count_present(lattice);
 }
 
-bool cut_lattice_derive(CutLattice *lattice)
+static bool derive(CutLattice *lattice)
 {
     cut_lattice_forget_changes(lattice);
     // Forget what was derived before.
@@ -853,5 +859,14 @@ bool cut_lattice_derive(CutLattice *lattice)
     find_wanted(lattice);
     const bool sound = find_vertices(lattice);
     cut_lattice_forget_changes(lattice);
+    return sound;
+}
+
+bool cut_lattice_derive(CutLattice *lattice)
+{
+    bool sound = derive(lattice);
+    // In a body that adapts nothing waits to be divided.
+    for (int e = lattice->level_first[1]; e < lattice->element_count && lattice->adapts; e++)
+        sound = sound && !(cut_lattice_is_leaf(lattice, e) && cut_split_must(lattice, e));
     return sound;
 }

@@ -106,8 +106,7 @@ enum CutMark {
     CUT_BITTEN = 4, // has a broken bit in or on it
     CUT_LISTED = 1, // in changes.element
     CUT_MERGED = 2, // in changes.merged
-    CUT_WANTED = 8, // in `wanted`; of a body that adapts
-    CUT_FACE = 16,  // of a finest cell, times 2^axis: its face is in changes.face
+    CUT_FACE = 8,   // of a finest cell, times 2^axis: its face is in changes.face
     CUT_FACES = 7 * CUT_FACE
 };
 
@@ -154,9 +153,8 @@ typedef struct CutLattice {
     unsigned char *mark; // [element] CutMark
     bool *carried;       // [kept_end] shown, but no element has it now
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
-    // Elements that must be divided, because a bit is broken in or on them; in a body that adapts
-    // also because they may be no leaves, or are partly filled and a bit is broken beside them. By
-    // level, the coarsest first, then by number.
+    // Elements that must be divided, because a bit is broken in or on them, by level, the coarsest
+    // first, then by number. None in a body that adapts
     int *wanted; // [wanted_count]
     int wanted_count;
 
@@ -320,7 +318,8 @@ bool cut_lattice_has_room(const CutLattice *lattice, int faces);
 // Returns how many vertices come when unbroken faces between leaves break.
 int cut_lattice_births(CutLattice *lattice, const int (*face)[2], int count);
 // Breaks faces {cell, axis} that are not broken yet, first all bits, then the vertices. Those
-// inside coarse leaves are dormant until these leaves, which now must be divided, are.
+// inside coarse leaves are dormant until these leaves, which now must be divided, are. In a body
+// that adapts there are none: cut_lattice_clear comes before.
 void cut_lattice_break(CutLattice *lattice, const int (*face)[2], int count);
 // Divides the leaves in the way of faces that are to break: those that cover their cells and, in a
 // body that adapts, partly filled ones around; about as many as the budget allows. `left`: faces
@@ -343,11 +342,8 @@ int cut_lattice_reconstruct(CutLattice *lattice);
 void cut_lattice_forget_changes(CutLattice *lattice);
 
 // --- bodies that adapt ---
-// True if a bit is broken in or on an element.
-bool cut_lattice_is_bitten(const CutLattice *lattice, int element);
 // Divides leaves of level 1 or more, each with what must be divided before it, whatever the budget.
-// Returns how many were divided. Left are those that exceed the capacity, and those with a broken
-// face in them, whose division shows: cut_lattice_reconstruct's.
+// Returns how many were divided. Left are those that exceed the capacity.
 int cut_lattice_divide(CutLattice *lattice, const int *element, int count);
 // True if a divided element may become a leaf: its children are leaves, no block of their size
 // around it is divided, it is mergeable, and nothing is broken in or near it. False if a child was

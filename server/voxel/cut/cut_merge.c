@@ -303,29 +303,20 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     cut_split_visit(lattice, element);
 }
 
-// Divides all that must be.
-static void divide_all(CutLattice *lattice)
-{
-    const int budget = lattice->split_budget;
-    lattice->split_budget = INT_MAX;
-    while (lattice->wanted_count > 0 && cut_lattice_reconstruct(lattice) > 0)
-        cut_lattice_forget_changes(lattice);
-    lattice->split_budget = budget;
-}
-
 void cut_lattice_coarsen(CutLattice *lattice)
 {
-    divide_all(lattice);
     cut_lattice_forget_changes(lattice);
     // What a level needs around it is known once the level below is as coarse as it can be. Again,
-    // since merging makes room for corners in void.
-    for (bool merged = true; merged;) {
-        merged = false;
+    // since merging makes room for corners in void, and for what must be divided.
+    for (bool changed = true; changed;) {
+        changed = false;
         for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
             if (cut_lattice_can_merge(lattice, e)) {
                 cut_lattice_merge(lattice, e);
                 cut_lattice_forget_changes(lattice);
-                merged = true;
+                changed = true;
             }
+        changed |= cut_split_divide_others(lattice) > 0;
+        cut_lattice_forget_changes(lattice);
     }
 }

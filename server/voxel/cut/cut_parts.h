@@ -191,8 +191,8 @@ void cut_parts_list_lost(CutLattice *lattice, int vertex);
 void cut_split_bite(CutLattice *lattice, int cell);
 // True if a leaf must be divided: something is broken in or near it, or it may be no leaf at all.
 bool cut_split_must(const CutLattice *lattice, int element);
-// Adds the leaves that must be divided regardless of broken bits.
-void cut_split_find_others(CutLattice *lattice);
+// Load time: divides the leaves that may be none, whatever is broken. Returns how many.
+int cut_split_divide_others(CutLattice *lattice);
 // Sorts the elements added to `wanted` behind the first `sorted` into its order.
 void cut_split_sort(CutLattice *lattice, int sorted);
 

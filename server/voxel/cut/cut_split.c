@@ -20,11 +20,6 @@ static bool goes_before(const CutLattice *lattice, int a, int b)
 
 static void want(CutLattice *lattice, int element)
 {
-    unsigned char *mark = &lattice->mark[element];
-    if (lattice->adapts && (*mark & CUT_WANTED))
-        return;
-    if (lattice->adapts)
-        *mark |= CUT_WANTED;
     lattice->wanted[lattice->wanted_count++] = element;
 }
 
@@ -52,18 +47,9 @@ static bool joins_bitten(const CutLattice *lattice, int element)
 
 bool cut_split_must(const CutLattice *lattice, int element)
 {
-    return cut_lattice_is_bitten(lattice, element) ||
+    return (lattice->mark[element] & CUT_BITTEN) ||
            (lattice->adapts &&
             (!lattice->element[element].mergeable || joins_bitten(lattice, element)));
-}
-
-static void want_around(CutLattice *lattice, int element)
-{
-    for (int n = 0; n < 27; n++) {
-        const int around = beside(lattice, element, n);
-        if (around >= 0 && !lattice->element[around].whole && cut_lattice_is_leaf(lattice, around))
-            want(lattice, around);
-    }
 }
 
 void cut_split_bite(CutLattice *lattice, int cell)
@@ -71,25 +57,10 @@ void cut_split_bite(CutLattice *lattice, int cell)
     unsigned char *mark = lattice->mark;
     for (int e = cell; e >= 0 && !(mark[e] & CUT_BITTEN); e = cut_lattice_parent(lattice, e)) {
         mark[e] |= CUT_BITTEN;
-        if (cut_parts_is_cell(lattice, e))
-            continue;
-        if (cut_lattice_is_leaf(lattice, e))
+        // In a body that adapts what is in the way was divided before.
+        if (!lattice->adapts && !cut_parts_is_cell(lattice, e) && cut_lattice_is_leaf(lattice, e))
             want(lattice, e);
-        if (lattice->adapts)
-            want_around(lattice, e);
     }
-}
-
-void cut_split_find_others(CutLattice *lattice)
-{
-    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
-        if (cut_lattice_is_leaf(lattice, e) && !lattice->element[e].mergeable)
-            want(lattice, e);
-}
-
-bool cut_lattice_is_bitten(const CutLattice *lattice, int element)
-{
-    return lattice->mark[element] & CUT_BITTEN;
 }
 
 static void sift(const CutLattice *lattice, int *heap, int count, int at)
@@ -109,6 +80,8 @@ void cut_split_sort(CutLattice *lattice, int sorted)
 {
     int *wanted = lattice->wanted, *fresh = lattice->scratch->fresh;
     int count = lattice->wanted_count - sorted;
+    if (count == 0)
+        return;
     memcpy(fresh, wanted + sorted, (size_t)count * sizeof *fresh);
     // Heap sort of the new ones: no memory, no bad case.
     for (int at = count / 2 - 1; at >= 0; at--)
@@ -365,7 +338,7 @@ static void divide(CutLattice *lattice, int element)
         cut_parts_list_element(lattice, c);
         if (level == 1)
             list_faces(lattice, c);
-        else if (cut_split_must(lattice, c))
+        else if (!lattice->adapts && (lattice->mark[c] & CUT_BITTEN))
             want(lattice, c);
     }
     // Every point of the element may have new vertices now.
@@ -416,8 +389,6 @@ static void keep_wanted(CutLattice *lattice, int before)
             sorted = kept;
         if (!lattice->divided[lattice->wanted[w]])
             lattice->wanted[kept++] = lattice->wanted[w];
-        else if (lattice->adapts)
-            lattice->mark[lattice->wanted[w]] &= (unsigned char)~CUT_WANTED;
     }
     lattice->wanted_count = kept;
     if (appended)
@@ -447,9 +418,19 @@ int cut_lattice_divide(CutLattice *lattice, const int *element, int count)
     const int before = lattice->wanted_count;
     int divided = 0;
     for (int k = 0; k < count; k++)
-        if (cut_lattice_is_leaf(lattice, element[k]) && !cut_lattice_is_bitten(lattice, element[k]))
+        if (cut_lattice_is_leaf(lattice, element[k]))
             divided += divide_in_order(lattice, element[k]);
     keep_wanted(lattice, before);
+    return divided;
+}
+
+int cut_split_divide_others(CutLattice *lattice)
+{
+    int divided = 0;
+    for (int level = lattice->levels; level > 0; level--)
+        for (int e = lattice->level_first[level]; e < lattice->level_first[level + 1]; e++)
+            if (cut_lattice_is_leaf(lattice, e) && !lattice->element[e].mergeable)
+                divided += divide_in_order(lattice, e);
     return divided;
 }
 
@@ -489,7 +470,6 @@ static bool clear_cell(CutLattice *lattice, int cell, int budget, int *divided)
 
 int cut_lattice_clear(CutLattice *lattice, const int (*face)[2], int count, int budget, int *left)
 {
-    const int wanted = lattice->wanted_count;
     int divided = 0, last[2] = {-1, -1};
     bool good[2] = {true, true};
     *left = 0;
@@ -505,7 +485,6 @@ int cut_lattice_clear(CutLattice *lattice, const int (*face)[2], int count, int 
         }
         *left += !good[0] || !good[1];
     }
-    keep_wanted(lattice, wanted);
     return divided;
 }
 
