@@ -45,15 +45,27 @@ static int corner_of(const CutLattice *lattice, int element, int c)
     return element < 0 ? -1 : cut_lattice_nodes(lattice, element)[c];
 }
 
+static void add_corners(Box *box, const CutAdapt *adapt, const void *row, int element)
+{
+    const CutElement *of = &adapt->lattice->element[element];
+    bool in_void = false;
+    for (int c = 0; c < NODE_CORNERS; c++) {
+        const int vertex = corner_of(adapt->lattice, element, c);
+        if (vertex >= 0)
+            box_add(box, rows_local(adapt->rows, row, vertex));
+        in_void |= vertex < 0;
+    }
+    // Of what is divided and partly filled the children tell how far it reaches.
+    const int first = cut_lattice_first_child(adapt->lattice, element);
+    for (int k = 0; in_void && k < __builtin_popcount(of->children); k++)
+        add_corners(box, adapt, row, first + k);
+}
+
 // Returns the box around the corners of an element, in the rows' coordinates.
 static Box box_around(const CutAdapt *adapt, const void *row, int element)
 {
     Box box = box_empty();
-    for (int c = 0; c < NODE_CORNERS; c++) {
-        const int vertex = corner_of(adapt->lattice, element, c);
-        if (vertex >= 0)
-            box_add(&box, rows_local(adapt->rows, row, vertex));
-    }
+    add_corners(&box, adapt, row, element);
     return box;
 }
 
