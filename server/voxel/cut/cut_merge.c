@@ -133,21 +133,41 @@ static bool is_fine(const Allowing *allowing, const CutElement *element)
     return false;
 }
 
-// True if the points of a closed block that are held are those between held corners of it, and no
-// others: then its motion leaves them where they are.
-static bool holds_by_corners(const Allowing *allowing, const CutElement *element)
+// Corners at the lower and the upper side of each axis.
+static const unsigned SIDE[3][2] = {{0x55, 0xaa}, {0x33, 0xcc}, {0x0f, 0xf0}};
+
+static bool is_held(const Allowing *allowing, const CutElement *element, const int off[3])
 {
-    const CutScratch *scratch = allowing->lattice->scratch;
     const short *at = element->cell;
+    const int p[3] = {at[0] + off[0], at[1] + off[1], at[2] + off[2]};
+    return allowing->point[cut_parts_index(allowing->lattice->scratch, p)] & POINT_HELD;
+}
+
+// Returns the corners of an element that are held. `axes`: a bit each along which they are apart.
+static unsigned held_corners(const Allowing *allowing, const CutElement *element, unsigned *axes)
+{
     const int edge = 1 << element->level;
-    unsigned held = 0; // corners
-    for (int c = 0; c < NODE_CORNERS; c++) {
-        const int p[3] = {at[0] + (c & 1) * edge, at[1] + (c >> 1 & 1) * edge,
-                          at[2] + (c >> 2) * edge};
-        held |= (unsigned)((allowing->point[cut_parts_index(scratch, p)] & POINT_HELD) != 0) << c;
-    }
-    // Corners at the lower and the upper side of each axis.
-    static const unsigned SIDE[3][2] = {{0x55, 0xaa}, {0x33, 0xcc}, {0x0f, 0xf0}};
+    unsigned held = 0;
+    *axes = 0;
+    for (int c = 0; c < NODE_CORNERS; c++)
+        held |= (unsigned)is_held(allowing, element,
+                                  (int[3]){(c & 1) * edge, (c >> 1 & 1) * edge, (c >> 2) * edge})
+                << c;
+    for (int d = 0; d < 3; d++)
+        *axes |= (unsigned)((held & SIDE[d][0]) != 0 && (held & SIDE[d][1]) != 0) << d;
+    return held;
+}
+
+// True if the points of a closed block that are held are those between held corners of it, and no
+// others: then its motion leaves them where they are. Some of its cells must hold it as its corners
+// do, which may lie in void.
+static bool holds_by_corners(const Allowing *allowing, int number)
+{
+    const CutLattice *lattice = allowing->lattice;
+    const CutElement *element = &lattice->element[number];
+    const int edge = 1 << element->level;
+    unsigned axes;
+    const unsigned held = held_corners(allowing, element, &axes);
     int p[3];
     for (p[2] = 0; p[2] <= edge; p[2]++)
         for (p[1] = 0; p[1] <= edge; p[1]++)
@@ -155,12 +175,17 @@ static bool holds_by_corners(const Allowing *allowing, const CutElement *element
                 unsigned between = 0xff;
                 for (int d = 0; d < 3; d++)
                     between &= p[d] == 0 ? SIDE[d][0] : p[d] == edge ? SIDE[d][1] : 0xffu;
-                const int point[3] = {at[0] + p[0], at[1] + p[1], at[2] + p[2]};
-                const bool is = allowing->point[cut_parts_index(scratch, point)] & POINT_HELD;
-                if (is != ((between & ~held) == 0))
+                if (is_held(allowing, element, p) != ((between & ~held) == 0))
                     return false;
             }
-    return true;
+    // Its children hold as their cells do.
+    const int first = cut_lattice_first_child(lattice, number);
+    for (int k = 0; k < __builtin_popcount(element->children); k++) {
+        unsigned own;
+        if (held_corners(allowing, &lattice->element[first + k], &own) != 0 && own == axes)
+            return true;
+    }
+    return false;
 }
 
 // True if the solid is thick enough for an element.
@@ -191,7 +216,7 @@ static bool may_be_leaf(const Allowing *allowing, int number)
     gather_points(allowing, element, &any, &all);
     const int coarsest = all & POINT_INNER ? options->body.levels : options->surface_level;
     return element->level <= coarsest && !(any & POINT_IN_PARTS) &&
-           ((any & POINT_HELD) == 0 || holds_by_corners(allowing, element)) &&
+           ((any & POINT_HELD) == 0 || holds_by_corners(allowing, number)) &&
            !is_fine(allowing, element) && ((all & POINT_INNER) || is_thick(allowing, element));
 }
 

@@ -78,6 +78,37 @@ static bool is_kept_by_corners(const CutElement *of, const int point[3], const F
     return true;
 }
 
+// Whether some cell has held points that lie as far apart along each axis as its element's.
+static bool is_held_by_a_cell(const CutSample *sample, const CutElement *of,
+                              const FixedRegion *held)
+{
+    const int edge = 1 << of->level;
+    unsigned axes = 0;
+    for (int whole = 1; whole >= 0; whole--) // the element itself first
+        for (int n = 0; n < (whole ? 1 : edge * edge * edge); n++) {
+            const int wide = whole ? edge : 1;
+            const int at[3] = {of->cell[0] + n % edge, of->cell[1] + n / edge % edge,
+                               of->cell[2] + n / edge / edge};
+            unsigned side[3] = {0};
+            for (int c = 0; c < 8; c++)
+                for (int d = 0; d < 3; d++)
+                    if (fixed_contains(held,
+                                       vec3(at[0] + (c & 1) * wide, at[1] + (c >> 1 & 1) * wide,
+                                            at[2] + (c >> 2) * wide)))
+                        side[d] |= 1u << (c >> d & 1);
+            unsigned own = 0;
+            for (int d = 0; d < 3; d++)
+                own |= (unsigned)(side[d] == 3) << d;
+            if (whole && side[0] == 0)
+                return true; // nothing is held
+            if (whole)
+                axes = own;
+            else if (side[0] != 0 && own == axes && cut_reference_is_solid(sample, at))
+                return true;
+        }
+    return false;
+}
+
 // By the definition, for one element alone; the children are another's.
 static bool may_be_leaf(const CutSample *sample, const CutElement *of, const FixedRegion *held,
                         const FineRegion *fine)
@@ -111,7 +142,7 @@ static bool may_be_leaf(const CutSample *sample, const CutElement *of, const Fix
                 if (fixed_contains(held, vec3(p[0], p[1], p[2])) != is_kept_by_corners(of, p, held))
                     return false;
             }
-    return cells_hang_together(sample, of) &&
+    return cells_hang_together(sample, of) && is_held_by_a_cell(sample, of, held) &&
            of->level <= (inner ? sample->levels : sample->surface_level);
 }
 
