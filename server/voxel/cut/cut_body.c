@@ -491,12 +491,12 @@ static void order_mesh(VoxelMaking *making, const CutLattice *lattice)
 
 bool cut_body_find_rest(VoxelMaking *making, Status *status)
 {
-    enum { VOID_CORNERS = 64 }; // that come in one merge, before it frees other rows
     Arena arena = {0};
     StateList state = {0};
     CutLattice lattice;
-    // A lattice of today's elements merges until nothing can.
-    making->capacity = making->mesh.vertex_count + VOID_CORNERS;
+    // A lattice of today's elements merges until nothing can. Elements with few cells have more
+    // corners in void than vertices that end with them.
+    making->capacity = 2 * making->mesh.vertex_count;
     const bool ok = cut_lattice_create(&lattice, making, &arena, &state, status);
     if (ok) {
         const size_t elements = (size_t)lattice.element_count;

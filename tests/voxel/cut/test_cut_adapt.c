@@ -129,6 +129,20 @@ TEST(tools_meet_finest_elements_alone_and_leave_the_body_as_it_was)
     }
 }
 
+// Cells apart from each other: a merge brings seven corners in void, and no vertex ends.
+TEST(nothing_can_merge_in_a_body_at_load)
+{
+    VoxelWorldOptions options = voxel_world_cube(16);
+    for (int c = 0; c < 16 * 16 * 16; c++)
+        options.lattice.label[c] = c % 4 == 0 && c / 16 % 4 == 0 && c / 256 % 4 == 0;
+    options.body.body.levels = options.body.surface_level = 1;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    const CutLattice *lattice = &cuts_of(&world)->lattice;
+    assert_int_equal(lattice->leaf_count, 64);
+    assert_int_equal(lattice->leaf_at_level[0], 0);
+}
+
 // --- elements at the surface ---
 
 // Writes the cell behind a published square, from where its corners are at rest.
