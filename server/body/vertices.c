@@ -379,7 +379,7 @@ void vertices_abandon(void *model)
 {
     Vertices *vertices = model;
     rows_end_tick(&vertices->rows, false);
-    vertices->present = vertices_row(vertices);
+    vertices->present = vertices->row[vertices->current];
     vertices->bad = false;
     if (vertices->drags != NULL)
         vertices->drags->time = 0.0;

@@ -56,11 +56,11 @@ typedef struct Vertices {
     BodyParameters *parameters;
 
     // --- within a tick ---
-    const void *present; // rows to be evaluated next
-    void *force;         // Real [capacity + 1][4]; zero between evaluations
-    void *more;          // likewise; NULL unless halved
-    bool bad;            // the last rows of the tick were out of bounds
-    Drag *drags;         // NULL unless drag acts on a floating body
+    void *present; // rows to be evaluated next
+    void *force;   // Real [capacity + 1][4]; zero between evaluations
+    void *more;    // likewise; NULL unless halved
+    bool bad;      // the last rows of the tick were out of bounds
+    Drag *drags;   // NULL unless drag acts on a floating body
 
     // --- constant loads; NULL: disabled ---
     double (*load)[3]; // [loadable_count] of the first vertices, in the world frame [N]; state

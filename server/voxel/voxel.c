@@ -72,7 +72,7 @@ static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
         relaxation_begin(model->batches->relaxation, h, &pass.relaxation);
     evaluate_all(model, &pass);
     if (model->cuts != NULL && model->cuts->tension != NULL)
-        cut_tension_add_forces(model->cuts->tension, (void *)vertices->present, vertices->force,
+        cut_tension_add_forces(model->cuts->tension, vertices->present, vertices->force,
                                pass.stiffness_scale);
     vertices_advance(vertices, evaluation, h, (Vec3){g[0], g[1], g[2]});
 }
