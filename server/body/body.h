@@ -249,9 +249,9 @@ typedef struct BodyOps {
     // round is complete and `error` is set; the next call begins another. Changes no state. Only
     // for bodies with BodyOptions.estimate_error. NULL: unknown.
     bool (*estimate)(void *model, const ErrorQuestion *question, int budget, BodyError *error);
-    // Writes the share of the body's error around each published node, 0 to 255 of the largest, of
-    // the last complete round. Comes with `estimate`.
-    void (*snapshot_error)(const void *model, unsigned char *share);
+    // Writes the share of the body's error around each of the published nodes [first, end), 0 to
+    // 255 of the largest, of the last complete round. Comes with `estimate`.
+    void (*snapshot_error)(const void *model, int first, int end, unsigned char *share);
     // Tells of squares [first, end) of the published mesh, two triangles each, how wide the element
     // there is, 2^level cells, and a number that differs from those of all elements that touch it;
     // zeros of free squares. Only with Body.element_at_level.

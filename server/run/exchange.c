@@ -258,8 +258,8 @@ static void create_errors(Exchange *exchange, Sim *sim, bool maps, Arena *arena)
         return;
     exchange->error_map = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *exchange->error_map,
                                          "run/error_map_slots");
-    exchange->error_rounds = arena_allocate(arena, ARENA_OUTPUT, bodies,
-                                            sizeof *exchange->error_rounds, "run/error_rounds");
+    exchange->map_push = arena_allocate(arena, ARENA_OUTPUT, bodies, sizeof *exchange->map_push,
+                                        "run/error_map_pushes");
     for (int i = 0; i < exchange->body_count; i++) {
         const Body *body = sim_body(sim, i);
         if (body->ops->snapshot_error != NULL)
@@ -279,28 +279,45 @@ void exchange_push_error(Exchange *exchange, Sim *sim)
     slot_publish(&exchange->error);
 }
 
-bool exchange_push_error_maps(Exchange *exchange, Sim *sim)
+static bool push_map(Slot *slot, PartPush *push, const Body *body, const SimError *error, Sim *sim,
+                     bool now)
 {
-    bool pushed = false;
-    for (int i = 0; i < exchange->body_count && exchange->error_map != NULL; i++) {
-        Slot *slot = &exchange->error_map[i];
-        const Body *body = sim_body(sim, i);
-        const BodyMesh *mesh = &body->mesh;
-        SimError error;
-        sim_error(sim, i, &error);
-        if (slot->memory == NULL || error.age < 0 || error.rounds == exchange->error_rounds[i])
-            continue;
-        ErrorMap *map = slot_back(slot);
+    const BodyMesh *mesh = &body->mesh;
+    // That of another mesh is of no use, so what is under way begins again.
+    const bool is_new = push->topology != mesh->topology;
+    if (error->age < 0 || (!push->under_way && error->rounds == push->changes))
+        return false;
+    ErrorMap *map = slot_back(slot);
+    if (!push->under_way || is_new) {
+        *push = (PartPush){error->rounds, mesh->topology, 0, true};
         map->step = sim_steps(sim);
         map->topology = mesh->topology;
         map->node_count = mesh->node_count;
-        body->ops->snapshot_error(body->model, map->share);
-        for (int n = 0; n < mesh->node_count; n++)
-            if (mesh->id[n] < 0)
-                map->share[n] = 0;
+    }
+    int end = push->written + NODES_IN_TICK;
+    if (now || end > mesh->node_count)
+        end = mesh->node_count;
+    body->ops->snapshot_error(body->model, push->written, end, map->share + push->written);
+    for (int n = push->written; n < end; n++)
+        if (mesh->id[n] < 0)
+            map->share[n] = 0;
+    push->written = end;
+    push->under_way = end < mesh->node_count;
+    if (!push->under_way)
         slot_publish(slot);
-        exchange->error_rounds[i] = error.rounds;
-        pushed = true;
+    return !push->under_way;
+}
+
+bool exchange_push_error_maps(Exchange *exchange, Sim *sim, bool now)
+{
+    bool pushed = false;
+    for (int i = 0; i < exchange->body_count && exchange->error_map != NULL; i++) {
+        SimError error;
+        if (exchange->error_map[i].memory == NULL)
+            continue;
+        sim_error(sim, i, &error);
+        pushed |= push_map(&exchange->error_map[i], &exchange->map_push[i], sim_body(sim, i),
+                           &error, sim, now);
     }
     return pushed;
 }
@@ -324,7 +341,7 @@ static void create_elements(Exchange *exchange, Sim *sim, Arena *arena)
     }
 }
 
-static bool push_elements(Slot *slot, ElementsPush *push, const Body *body, Sim *sim, bool due,
+static bool push_elements(Slot *slot, PartPush *push, const Body *body, Sim *sim, bool due,
                           bool now)
 {
     // Those of another mesh are of no use, so what is under way begins again.
@@ -333,7 +350,7 @@ static bool push_elements(Slot *slot, ElementsPush *push, const Body *body, Sim 
         return false;
     ElementsOut *out = slot_back(slot);
     if (!push->under_way || is_new) {
-        *push = (ElementsPush){body->element_changes, body->mesh.topology, 0, true};
+        *push = (PartPush){body->element_changes, body->mesh.topology, 0, true};
         out->step = sim_steps(sim);
         out->topology = body->mesh.topology;
         out->square_count = body->mesh.triangle_count / 2;

@@ -129,6 +129,7 @@ enum {
     EXCHANGE_LEDGERS = 16, // to be recorded
     ELEMENT_LEVELS = 8,
     SQUARES_IN_TICK = 2048, // whose elements are written in one tick: about 20 us
+    NODES_IN_TICK = 1024,   // whose errors are: about 30 us if elements carry them all
 };
 
 typedef enum RunState { RUN_RUNNING, RUN_PAUSED, RUN_LOCKSTEP } RunState;
@@ -172,6 +173,14 @@ typedef struct ErrorOut {
     SimError body[]; // [body_count]
 } ErrorOut;
 
+// How far a body's map of errors, or its elements, have been written: some in a tick. Step thread
+// only.
+typedef struct PartPush {
+    int64_t changes;       // rounds, or Body.element_changes, when it was begun
+    int topology, written; // nodes, or squares
+    bool under_way;
+} PartPush;
+
 // The error around each node slot of a body's mesh, 0 to 255 of the largest (error_map_t).
 typedef struct ErrorMap {
     int64_t step;
@@ -192,13 +201,6 @@ static inline unsigned char *elements_levels(const ElementsOut *out)
 {
     return (unsigned char *)(uintptr_t)(out->tag + out->square_count);
 }
-
-// How far they have been written. Step thread only.
-typedef struct ElementsPush {
-    int64_t changes;       // Body.element_changes when it was begun
-    int topology, written; // squares
-    bool under_way;
-} ElementsPush;
 
 // The members of body_status_t that change, as the step thread knows them.
 typedef struct BodyOut {
@@ -246,14 +248,14 @@ typedef struct Exchange {
     Slot error;      // of ErrorOut; no memory unless errors are published
     Slot *error_map; // [body_count] of ErrorMap; NULL: maps are not published. No memory: the body
                      // has none
-    int *error_rounds; // [body_count] of the map handed over last; step thread only
+    PartPush *map_push; // [body_count]
     Slot *elements; // [body_count] of ElementsOut; NULL: not published. No memory: the body tells
                     // none
-    ElementsPush *elements_push; // [body_count]
-    Ring contact;                // of ContactOut; no memory without tools
-    Ring answer;                 // of Answer
-    Ring event;                  // of EventOut
-    atomic_llong lost;           // contacts and events that found their ring full
+    PartPush *elements_push; // [body_count]
+    Ring contact;            // of ContactOut; no memory without tools
+    Ring answer;             // of Answer
+    Ring event;              // of EventOut
+    atomic_llong lost;       // contacts and events that found their ring full
     atomic_llong beat, step,
         late; // iterations of the step thread, ticks since the start, late ticks
     // step -> files, only with a files thread
@@ -310,9 +312,10 @@ void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *op
 // leave before the reply. Returns the positions handed over, of rows, valid until the next call for
 // this body.
 const float *exchange_push_frame(Exchange *exchange, Sim *sim, int body, bool at_once);
-// Hand the errors, and the maps of bodies that have new ones, to the bus, if they are published.
+// Hand the errors, and the maps of bodies that have new ones, to the bus, if they are published: of
+// maps some nodes in each tick, or all `now`. True if a map is complete.
 void exchange_push_error(Exchange *exchange, Sim *sim);
-bool exchange_push_error_maps(Exchange *exchange, Sim *sim);
+bool exchange_push_error_maps(Exchange *exchange, Sim *sim, bool now);
 // Hands the elements of bodies whose elements have changed to the bus, some squares in each tick,
 // if they are published: begins if they are `due`. `now`: all squares at once. True if any were
 // handed over.

@@ -206,7 +206,7 @@ static void push_ledger(Loop *loop, bool now)
 }
 
 // Hands errors over when all are new, after one and a half periods anyway, or `now`; and maps as
-// soon as a body has a new one.
+// soon as a body has a new one, which takes some ticks.
 static void push_errors(Loop *loop, bool now)
 {
     if (loop->exchange->error.memory == NULL)
@@ -220,7 +220,7 @@ static void push_errors(Loop *loop, bool now)
         loop->error_step = step;
         loop->handed_over = true;
     }
-    loop->handed_over |= exchange_push_error_maps(loop->exchange, loop->sim);
+    loop->handed_over |= exchange_push_error_maps(loop->exchange, loop->sim, now);
 }
 
 // Hands elements over that have changed, when they are due or `now`.

@@ -380,15 +380,15 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
     return false;
 }
 
-void surface_snapshot_error(const void *self, unsigned char *share)
+void surface_snapshot_error(const void *self, int first, int end, unsigned char *share)
 {
     const SurfaceModel *model = self;
     const SurfaceError *error = model->error;
     const float largest = error->largest[error->shown];
-    memset(share, 0, (size_t)model->shown.count);
-    for (int s = 0; largest > 0.0F && s < model->shown.count; s++) {
+    memset(share, 0, (size_t)(end - first));
+    for (int s = first; largest > 0.0F && s < end; s++) {
         const int node = model->shown.id[s] >= 0 ? model->node[model->shown.row[s]] : -1;
         const float part = node >= 0 ? error->size[error->shown][node] / largest : 0.0F;
-        share[s] = (unsigned char)(255.0F * fminf(part, 1.0F) + 0.5F);
+        share[s - first] = (unsigned char)(255.0F * fminf(part, 1.0F) + 0.5F);
     }
 }

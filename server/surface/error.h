@@ -159,7 +159,7 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
                           const SurfaceOptions *options, Arena *arena);
 // BodyOps.estimate and .snapshot_error.
 bool surface_estimate(void *self, const ErrorQuestion *question, int budget, BodyError *error);
-void surface_snapshot_error(const void *self, unsigned char *share);
+void surface_snapshot_error(const void *self, int first, int end, unsigned char *share);
 
 // --- error_state.c: of bodies that are driven by their error ---
 enum { SURFACE_ERROR_MOST = 1000 }; // iterations that a state may claim

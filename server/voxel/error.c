@@ -5,6 +5,7 @@
 #include "voxel/error.h"
 
 #include "base/check.h"
+#include "voxel/cut/cut_body.h"
 #include "voxel/fitted_body.h"
 #include "voxel/model.h"
 #include "voxel/rotation.h"
@@ -74,6 +75,19 @@ VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena, Sta
     state_add(state, &error->next, sizeof error->next, "error of %s/next", name);
     state_add(state, &error->sums, sizeof error->sums, "error of %s/sums", name);
     return error;
+}
+
+void voxel_error_follow(const void *self)
+{
+    const VoxelModel *model = self;
+    const CutChanges *changes = &model->cuts->lattice.changes;
+    VoxelError *error = model->error;
+    for (int b = 0; error != NULL && b < changes->birth_count; b++) {
+        if (changes->birth[b].carried) // its row is its own
+            continue;
+        error->vertex[changes->birth[b].vertex] = (VertexError){.weight = 0.0F};
+        error->shown[changes->birth[b].vertex] = 0.0F;
+    }
 }
 
 // A number beyond the end of its list ends a pass; one of the vertices and of the nodes has to be
@@ -453,6 +467,12 @@ static int vertex_of_node(const VoxelModel *model, int node)
     return fitted != NULL ? fitted->vertex[fitted->fit.row[node]] : model->node[node];
 }
 
+static bool is_carried(const VoxelModel *model, int vertex)
+{
+    return model->cuts != NULL && model->cuts->carry != NULL &&
+           cut_lattice_is_carried(&model->cuts->lattice, vertex);
+}
+
 // Adds the displacements of the outer vertices: of bodies that can be cut those of published nodes.
 static bool through_outer(const VoxelModel *model, int *budget)
 {
@@ -462,7 +482,7 @@ static bool through_outer(const VoxelModel *model, int *budget)
     *budget -= (end - error->next) / VERTICES + 1;
     for (; error->next < end; error->next++) {
         const int v = model->cuts != NULL ? vertex_of_node(model, error->next) : error->next;
-        if (!(error->vertex[v].weight > 0.0F)) // it has no element
+        if (!(error->vertex[v].weight > 0.0F) && !is_carried(model, v)) // it has no element
             continue;
         const Vec3 u = rows_vector(&model->vertices.rows, vertices_row(&model->vertices), v, 0);
         error->sums.square += vec3_dot(u, u);
@@ -587,23 +607,38 @@ bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyE
     return false;
 }
 
-// By the root, as strains go. After a restore within a round what is shown may be of another state
-// than the largest.
-static unsigned char share_of(const VoxelError *error, int vertex)
+// Returns what is shown of a vertex; of a carried one, between the corners of its element.
+static double shown_of(const VoxelModel *model, int vertex)
 {
-    const float most = error->largest;
-    const float share = most > 0.0F ? error->shown[vertex] / most : 0.0F;
-    return (unsigned char)lrintf(255.0F * sqrtf(fminf(share, 1.0F)));
+    const float *shown = model->error->shown;
+    if (!is_carried(model, vertex))
+        return (double)shown[vertex];
+    const CutLattice *lattice = &model->cuts->lattice;
+    const int *node = cut_lattice_nodes(lattice, model->cuts->carry->leaf_of[vertex]);
+    int at[3], low[3], high[3];
+    cut_lattice_point(lattice, vertex, at);
+    cut_lattice_point(lattice, node[0], low);
+    cut_lattice_point(lattice, node[NODE_CORNERS - 1], high);
+    double sum = 0.0;
+    for (int c = 0; c < NODE_CORNERS; c++) {
+        double weight = 1.0;
+        for (int d = 0; d < 3; d++)
+            weight *= (double)(c >> d & 1 ? at[d] - low[d] : high[d] - at[d]) / (high[d] - low[d]);
+        sum += weight * (double)shown[node[c]];
+    }
+    return sum;
 }
 
-void voxel_snapshot_error(const void *self, unsigned char *share)
+// By the root, as strains go. After a restore within a round what is shown may be of another state
+// than the largest.
+void voxel_snapshot_error(const void *self, int first, int end, unsigned char *share)
 {
     const VoxelModel *model = self;
-    const VoxelError *error = model->error;
-    const int count = model->skin != NULL ? skin_node_count(model->skin) : (int)*model->node_count;
-    for (int i = 0; i < count; i++) {
+    const double most = model->error == NULL ? 0.0 : (double)model->error->largest;
+    for (int i = first; i < end; i++) {
         const int vertex =
             model->skin != NULL ? skin_vertex(model->skin, i) : vertex_of_node(model, i);
-        share[i] = error == NULL ? 0 : share_of(error, vertex);
+        const double part = most > 0.0 ? shown_of(model, vertex) / most : 0.0;
+        share[i - first] = (unsigned char)lrint(255.0 * sqrt(fmin(part, 1.0)));
     }
 }

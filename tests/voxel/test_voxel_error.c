@@ -279,7 +279,7 @@ TEST(it_is_shown_where_it_is)
     const Body *body = run.world.body;
     const int nodes = body->mesh.node_count;
     FREED unsigned char *share = zeroed((size_t)nodes, 1);
-    body->ops->snapshot_error(body->model, share);
+    body->ops->snapshot_error(body->model, 0, nodes, share);
     // Under the ball most; far from it a tenth at most.
     int near = 0, far = 0;
     for (int i = 0; i < nodes; i++) {

@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "voxel/cut/cut_parts.h"
+#include "voxel/error.h"
 #include "voxel/model.h"
 
 #include <limits.h>
@@ -40,6 +41,7 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
         cut_tension_follow(cuts->tension);
     if (cuts->adapt != NULL)
         cut_adapt_follow(cuts->adapt);
+    voxel_error_follow(body->model);
     count_elements(cuts, body);
     cut_lattice_forget_changes(&cuts->lattice);
     return shown;

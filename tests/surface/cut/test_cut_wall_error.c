@@ -176,7 +176,7 @@ TEST(estimates_follow_changes_and_cuts)
         assert_true(isfinite(error.displacement) && error.displacement > 0.0);
         unsigned char most = 0;
         FREED unsigned char *share = zeroed((size_t)bench.body->mesh.node_count, 1);
-        bench.body->ops->snapshot_error(bench.model, share);
+        bench.body->ops->snapshot_error(bench.model, 0, bench.body->mesh.node_count, share);
         for (int s = 0; s < bench.body->mesh.node_count; s++)
             most = share[s] > most ? share[s] : most;
         assert_int_equal(most, 255);
