@@ -145,17 +145,6 @@ TEST(who_floods_loses_his_own_connections)
     end();
 }
 
-// Whatever goes on dripping in: the whole of a request has its time.
-TEST(a_request_by_drops_is_ended)
-{
-    begin("--port 0");
-    int fd;
-    open_half(&fd, 1, US);
-    page_wait((send_part(fd, "x"), !is_open(fd)));
-    close(fd);
-    end();
-}
-
 TEST(a_request_without_end_is_refused)
 {
     begin("--port 0");
@@ -297,12 +286,19 @@ TEST(a_frame_of_300_mb_takes_no_memory)
     end();
 }
 
-TEST(a_frame_by_drops_is_ended)
+// Whatever goes on dripping in: the whole of a request, and of a frame, has its time.
+TEST(a_request_and_a_frame_by_drops_are_ended)
 {
     begin("--port 0");
+    int fd;
+    open_half(&fd, 1, US);
     PageClient *page = page_open(port);
     page_send_raw(page, "\x81\xfe\x3f\xff", 4);
-    page_wait((page_send_raw(page, "x", 1), page_closed(page)));
+    bool request = true, frame = true;
+    page_wait((request = request && (send_part(fd, "x"), is_open(fd)),
+               frame = frame && (page_send_raw(page, "x", 1), !page_closed(page)),
+               !request && !frame));
+    close(fd);
     end();
 }
 

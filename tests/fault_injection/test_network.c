@@ -126,17 +126,17 @@ TEST(programs_wait_for_a_server_that_is_not_there_yet)
         const char *program, *arguments, *answer;
         int code;
     } rows[] = {
-        {"pliant-probe", "--auto --hold 0.1", "round trip", 0},
-        {"pliant-probe", "--press 0,0,0.055 --hold 0.1", "round trip", 0},
+        {"pliant-probe", "--auto --depth 0.002 --speed 0.1 --hold 0.1", "round trip", 0},
+        {"pliant-probe", "--press 0,0,0.055 --speed 0.1 --hold 0.1", "round trip", 0},
         {"pliant-cut", "--plane 0,0,0,0,0,1", "nothing was cut", 1},
         {"pliant-tie", "--make pin --at 0,0,0.05", "max_ties", 1},
     };
     enum { ROWS = sizeof rows / sizeof *rows };
     static Process process[ROWS];
-    for (int k = 0; k < ROWS; k++) {
+    for (int k = 0; k < ROWS; k++)
         process_start(&process[k], program_path(rows[k].program), "%s", rows[k].arguments);
+    for (int k = 0; k < ROWS; k++)
         wait_for_line(&process[k], "waiting for a server: no ");
-    }
     daemon_start(&pliantd, "%s", write_scene("prepared.cfg", SCENE, PROBE_TOOL));
     for (int k = 0; k < ROWS; k++) {
         process_wait_for(&process[k], rows[k].code);
