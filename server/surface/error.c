@@ -15,7 +15,7 @@ enum { COARSE, FINER };
 
 // Steps of conjugate gradients in a round.
 enum { ITERATIONS = 25 };
-// Factor on what is found (tests/accuracy/error_walls.md).
+// Factor on what is found (tests/accuracy/errors.md).
 static const double SCALE = 1.25;
 
 // ---------------------------------------------------------------------------------------------

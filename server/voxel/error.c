@@ -17,8 +17,12 @@
 // Energy of an overlap over force and its greatest depth: 1/2 int p^2 / int p of a ball's pressure,
 // which falls as the root of 1 - s^2 to its edge (Hertz).
 static const double OVERLAP_SHARE = 0.375;
-// Least that is left of the terms of a tool's force, which cancel each other.
-static const double LEAST_LEFT = 0.12;
+// Relative change of a force over that of the way of its tool times force over energy: f ~ way^3/2,
+// so U = 2/5 f way (Hertz).
+static const double BY_WAY = 0.6;
+// Least that is left of the terms of a tool's force, which cancel each other; and of the defects of
+// elements beneath the finest ones, which change it either way.
+static const double LEAST_LEFT = 0.12, LARGER_LEFT = 0.3;
 // Error of what a grasper pulls, by which vertices happen to be within it [cells over its radius].
 static const double BY_GRIP = 0.2;
 // Reach of the surroundings of a tool [its radius and 1.5 edges of an element].
@@ -40,8 +44,9 @@ typedef struct VertexError {
 } VertexError;
 
 typedef struct ErrorSums {
-    double energy, defect; // of all elements [J]
-    double near_energy[ERROR_TOOLS], near_defect[ERROR_TOOLS];
+    double energy, defect;                                     // of all elements [J]
+    double near_energy[ERROR_TOOLS], near_defect[ERROR_TOOLS]; // the latter of finest elements,
+    double near_larger[ERROR_TOOLS];                           // and of others
     double square; // of the displacements of outer vertices, summed [m2]
     int outer;
     float largest; // defect at a vertex [J/m3]
@@ -403,7 +408,8 @@ static void compare(const VoxelModel *model, const ErrorQuestion *question, cons
         if (vec3_length(vec3_sub(middle, tool[t])) > reach)
             continue;
         sums->near_energy[t] += volume * energy;
-        sums->near_defect[t] += volume * defect;
+        *(size < 1.5 * rows->longest_edge ? &sums->near_defect[t] : &sums->near_larger[t]) +=
+            volume * defect;
     }
 }
 
@@ -523,24 +529,12 @@ static bool go_on(const VoxelModel *model, const ErrorQuestion *question, int *b
     }
 }
 
-// Energies of the contact of a tool [J].
-typedef struct ContactDefect {
-    double overlap; // in the springs between tool and faces, which a stiffer contact would not have
-    double chord;   // by which flat faces push themselves into the ball between their corners
-} ContactDefect;
-
-static ContactDefect contact_defect(const VoxelModel *model, const ErrorQuestion *question, int t)
+// Returns the energy of the springs between a tool and faces, which a stiffer contact would not
+// have [J].
+static double overlap_of(const ErrorQuestion *question, int t)
 {
-    if (question->depth == NULL || !(question->depth[t] > 0.0) || !(question->size[t] > 0.0))
-        return (ContactDefect){0.0, 0.0};
-    const double force = vec3_length(question->force[t]), size = question->size[t];
-    const double energy = model->error->sums.near_energy[t];
-    // Mean distance of a ball from its chords: h^2 / 6 r for edges h; not more than that of its cap
-    // as wide as the contact, a^2 / 3 r, with a^2 = r d and energy = 2/5 force d (Hertz).
-    const double edge = model->vertices.rows.longest_edge, chord = edge * edge / (6.0 * size);
-    const double cap = force > 0.0 ? 2.5 * energy / (3.0 * force) : 0.0;
-    return (ContactDefect){OVERLAP_SHARE * force * question->depth[t],
-                           cap > 0.0 ? force * chord * cap / (chord + cap) : 0.0};
+    const double depth = question->depth == NULL ? 0.0 : question->depth[t];
+    return depth > 0.0 ? OVERLAP_SHARE * vec3_length(question->force[t]) * depth : 0.0;
 }
 
 // Returns the relative error by which vertices a tool holds, if it does not touch.
@@ -551,18 +545,25 @@ static double grip_error(const VoxelModel *model, const ErrorQuestion *question,
     return grips ? BY_GRIP * model->vertices.rows.longest_edge / question->size[t] : 0.0;
 }
 
-// Returns the relative error of the force on a tool: that of the energy around it.
+// Returns the relative error of the force on a tool (README.md, "Error of the elements"): it sinks
+// into the faces, which lowers its force, but these are chords of it, and elements too stiff.
 static double force_error(const VoxelModel *model, const ErrorQuestion *question, int t)
 {
     const ErrorSums *sums = &model->error->sums;
-    const ContactDefect contact = contact_defect(model, question, t);
-    const double all = sums->near_energy[t] + contact.overlap;
-    if (!(all > 0.0))
+    const double edge = model->vertices.rows.longest_edge, overlap = overlap_of(question, t);
+    if (!(sums->near_energy[t] > 0.0))
         return 0.0;
-    // Elements and contact give way too much, chords too little.
-    const double sum = sums->near_defect[t] + contact.overlap + contact.chord;
-    const double left = sums->near_defect[t] + contact.overlap - contact.chord;
-    return hypot(hypot(left, LEAST_LEFT * sum) / all, grip_error(model, question, t));
+    // Ways times force: 2 W / f as an overlap under Hertz's pressure has on average, and of chords.
+    const double sinks = BY_WAY * 2.0 * overlap;
+    const double chords =
+        overlap > 0.0 && question->size[t] > 0.0
+            ? BY_WAY * vec3_length(question->force[t]) * edge * edge / (16.0 * question->size[t])
+            : 0.0;
+    const double left = sinks - chords - sums->near_defect[t];
+    const double least = LEAST_LEFT * (sinks + chords + sums->near_defect[t]);
+    const double larger = LARGER_LEFT * sums->near_larger[t];
+    return hypot(hypot(hypot(left, least), larger) / sums->near_energy[t],
+                 grip_error(model, question, t));
 }
 
 // Computes the answer from the sums of a round.
@@ -573,7 +574,7 @@ static void conclude(const VoxelModel *model, const ErrorQuestion *question, Bod
     double overlap = 0.0, grip = 0.0;
     for (int t = 0; t < question->tool_count; t++) {
         grip = fmax(grip, grip_error(model, question, t));
-        overlap += contact_defect(model, question, t).overlap;
+        overlap += overlap_of(question, t);
         out->force[t] = force_error(model, question, t);
     }
     const double all = sums->energy + overlap;

@@ -2,7 +2,7 @@
 // pliant-adaptive-curves CONFIG [SCENE]: error against run time of solids that are pressed, with
 // and without elements that follow the tool, a line for each way to run a scene, or all of them.
 // CONFIG: the folder of the shipped scenes. The truth is the same body all cells of which are
-// elements; what the cells themselves leave out is in error_solids.md.
+// elements; what the cells themselves leave out is in errors.md.
 #include "scoped.h"
 
 #include "base/check.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // pliant-error-solids [CELLS] [NAME]: estimated and true errors of solids (BodyOps.estimate), a
-// line for each scene whose name contains NAME, for error_solids.md. The truth is the same body
+// line for each scene whose name contains NAME, for errors.md. The truth is the same body
 // with all cells divided once and, if that makes fewer than CELLS (115000), twice, without levels.
 #include "voxel_error.h"
 

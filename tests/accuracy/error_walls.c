@@ -3,12 +3,11 @@
 // line for each scene, for the scenes whose names contain a NAME. CONFIG: the folder of the shipped
 // scenes. The truth is the same body refined once more everywhere, under the same loads and the
 // same ways of tools. The scenes marked "fit" and those marked "test" are rated apart: either half
-// asks for the same factor (error_walls.md).
+// asks for the same factor (errors.md).
 #include "run.h"
 #include "scoped.h"
 
 #include "base/check.h"
-#include "base/clock.h"
 #include "scene/build.h"
 
 #include <math.h>
@@ -367,7 +366,7 @@ static void read_case(const Case *what, bool truth, const char *config, const ch
     SurfaceOptions *surface = &scene->body[scene->body_count - 1].surface;
     if (what->mesh == NULL)
         surface->body.levels = surface->start_level = finest;
-    surface->body.estimate_error = !truth;
+    scene->publish.error_hz = truth ? 0.0 : 50.0;
 }
 
 // From way[0] to way[1] in 0.3 s, then on in 0.4 s.
@@ -400,8 +399,8 @@ typedef struct Outcome {
     Vec3 *x, *rest;
     double *area;
     double force; // on the tool, mean of the last ticks [N]
-    int64_t rounds, ticks, step_ns, error_ns;
-    BodyError error;
+    SimError error;
+    double force_error; // over the force
 } Outcome;
 
 static void outcome_destroy(Outcome *out)
@@ -409,51 +408,33 @@ static void outcome_destroy(Outcome *out)
     free(out->id), free(out->x), free(out->rest), free(out->area);
 }
 
-static void play(const Case *what, const Scene *scene, int budget, Outcome *out)
+static void play(const Case *what, const Scene *scene, Outcome *out)
 {
     SCOPED(world_destroy) World world;
     Status status = {0};
-    if (!world_build(&world, scene, &(BuildOptions){.isa = "auto"}, &status))
+    if (!world_build(&world, scene, &(BuildOptions){.isa = "auto", .publishes = true}, &status))
         give_up(what, &status);
     Sim *sim = world.sim;
     Body *body = sim_body(sim, sim_body_count(sim) - 1);
-    *out = (Outcome){.ticks = lround(what->seconds * 1000.0)};
+    *out = (Outcome){0};
+    const int64_t ticks = lround(what->seconds * 1000.0);
     const bool probes = what->radius > 0.0;
-    for (int64_t t = 0; t < out->ticks; t++) {
+    for (int64_t t = 0; t < ticks; t++) {
         if (what->cuts && t == 50)
             cut(what, sim);
         if (probes)
             put_tool(sim, 0, way_at(what->way, &what->way[2], 0.001 * (double)t));
         if (probes && vec3_length(what->other[0]) > 0.0)
             put_tool(sim, 1, way_at(what->other, &what->other[1], 0.001 * (double)t));
-        int64_t begin = clock_thread_ns();
         sim_step(sim);
-        out->step_ns += clock_thread_ns() - begin;
-        if (probes && t >= out->ticks - 50)
+        if (probes && t >= ticks - 50)
             out->force += vec3_length(sim_wrench(sim, 0)->force) / 50.0;
-        if (budget == 0)
-            continue;
-        // The tools that touch it.
-        ErrorQuestion question = {0};
-        Vec3 point[2], force[2];
-        double size[2], depth[2];
-        for (int k = 0; probes && k < 2; k++) {
-            const ToolWrench *wrench = sim_wrench(sim, k);
-            if (!wrench->contact)
-                continue;
-            const int n = question.tool_count++;
-            point[n] = wrench->point;
-            force[n] = wrench->force;
-            size[n] = what->radius;
-            depth[n] = wrench->depth;
-        }
-        question.tool = point;
-        question.force = force;
-        question.size = size;
-        question.depth = depth;
-        begin = clock_thread_ns();
-        out->rounds += body->ops->estimate(body->model, &question, budget, &out->error);
-        out->error_ns += clock_thread_ns() - begin;
+    }
+    if (scene->publish.error_hz > 0.0) {
+        SimToolError tool[ERROR_TOOLS];
+        sim_error(sim, sim_body_count(sim) - 1, &out->error);
+        sim_tool_errors(sim, tool);
+        out->force_error = probes ? tool[0].error / tool[0].force : 0.0;
     }
     const BodyMesh *mesh = &body->mesh;
     const size_t slots = (size_t)mesh->node_count;
@@ -515,30 +496,28 @@ typedef struct Row {
     double force, force_truth, force_error; // [N], [%], [%]
 } Row;
 
-static void run_case(const Case *what, bool fits, const char *config, const char *folder,
-                     int budget, Row *row)
+static void run_case(const Case *what, bool fits, const char *config, const char *folder, Row *row)
 {
     SCOPED(scene_destroy) Scene own, truth;
     SCOPED(outcome_destroy) Outcome a, b;
     read_case(what, false, config, folder, &own);
-    play(what, &own, budget, &a);
+    play(what, &own, &a);
     read_case(what, true, config, folder, &truth);
-    play(what, &truth, 0, &b);
+    play(what, &truth, &b);
     double wrong, moved;
     compare(&a, &b, &wrong, &moved);
-    *row = (Row){.moved = 1e3 * moved, .truth = 1e3 * wrong, .error = 1e3 * a.error.displacement};
+    *row = (Row){.moved = 1e3 * moved, .truth = 1e3 * wrong, .error = 1e3 * a.error.space};
     printf("%s\t%s\t%.3f\t%.4f\t%.4f\t%.2f", what->name, fits ? "fit" : "test", row->moved,
            row->truth, row->error, row->error / row->truth);
     if (a.force > 0.0) {
         row->force_truth = 100.0 * fabs(a.force - b.force) / a.force;
-        row->force_error = 100.0 * a.error.force[0];
+        row->force_error = 100.0 * a.force_error;
         printf("\t%.4f\t%.1f\t%.1f\t%.2f", a.force, row->force_truth, row->force_error,
                row->force_error / row->force_truth);
     } else {
         printf("\t\t\t\t");
     }
-    printf("\t%d\t%.1f\t%.1f\n", (int)a.rounds, 1e-3 * (double)a.step_ns / (double)a.ticks,
-           1e-3 * (double)a.error_ns / (double)a.ticks);
+    printf("\t%d\n", a.error.rounds);
     fflush(stdout);
 }
 
@@ -560,7 +539,6 @@ static void rate(double ratio, int *within, int *all, double *least)
 int main(int argc, char **argv)
 {
     char folder[] = "/tmp/pliant-error-XXXXXX", path[64];
-    const char *budget = getenv("ERROR_BUDGET");
     if (argc < 2) {
         fprintf(stderr, "usage: pliant-error-walls CONFIG [NAME...]\n");
         return 2;
@@ -570,15 +548,14 @@ int main(int argc, char **argv)
     snprintf(path, sizeof path, "%s/tube.off", folder);
     write_tube(path);
     printf("scene\tuse\tdisplacement [mm]\ttrue error [mm]\testimate [mm]\tratio\tforce [N]\ttrue "
-           "error [%%]\testimate [%%]\tratio\trounds\ttick [us]\testimate [us]\n");
+           "error [%%]\testimate [%%]\tratio\trounds\n");
     int within[2] = {0}, all[2] = {0};
     double least = 1.0;
     for (int c = 0; c < CASE_COUNT; c++) {
         Row row;
         if (!is_named(&CASES[c], argc - 2, argv + 2))
             continue;
-        run_case(&CASES[c], c % 2 == 0, argv[1], folder, budget != NULL ? atoi(budget) : 10000,
-                 &row);
+        run_case(&CASES[c], c % 2 == 0, argv[1], folder, &row);
         rate(row.error / row.truth, &within[c % 2], &all[c % 2], &least);
         if (row.force_truth > 0.0)
             rate(row.force_error / row.force_truth, &within[c % 2], &all[c % 2], &least);

@@ -30,7 +30,7 @@ typedef struct ErrorScene {
     double load[7]; // center, radius [m], force [N]
     double cut[4];  // x of a blade along y that comes from above to z; from y to y. 0: none
     double stiffening;
-    // Of the study (tests/accuracy/error_solids.md): what the estimate should be.
+    // Of the study (tests/accuracy/errors.md): what the estimate should be.
     double truth;       // relative error of the outer displacements
     double force_truth; // of the first tool's force, signed: what is missing
     bool slow;          // its body needs more than a second to come to rest
