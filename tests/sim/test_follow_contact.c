@@ -2,6 +2,7 @@
 // Contact while the faces beneath a tool are divided and merged: a thin hollow wall keeps the tool
 // on the side on which it stands.
 #include "test.h"
+#include "effort.h"
 #include "sim_steps.h"
 #include "sim/contact/contact_data.h"
 #include "sim/sim_data.h"
@@ -147,7 +148,7 @@ static void leap_through(double length, uint64_t seed)
 // the axis in the tick in which faces are merged.
 TEST(wall_that_changes_while_it_crosses_a_tool_does_not_flip)
 {
-    for (uint64_t seed = 1; seed <= 4; seed++) {
+    for (uint64_t seed = 1; seed <= EFFORT(4); seed++) {
         leap_through(0.0, seed);
         leap_through(0.02, 10 + seed);
     }

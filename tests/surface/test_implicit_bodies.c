@@ -218,8 +218,8 @@ TEST(a_heavy_node_moves_slowly_and_nothing_breaks)
 // and one that nothing damps but the method.
 TEST(comes_to_rest_from_any_start)
 {
-    for (int k = 0; k < 12; k++) {
-        const int start = k % 4, wall = k / 4;
+    for (int n = 0; n < EFFORT(12); n++) {
+        const int k = 5 * n % 12, start = k % 4, wall = k / 4; // all of them, few that are alike
         TriMesh mesh;
         fixture_sphere(&mesh);
         uint64_t random = 9;

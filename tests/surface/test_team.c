@@ -4,6 +4,7 @@
 #include "base/team.h"
 #include "base/clock.h"
 #include "test.h"
+#include "effort.h"
 #include "sim_steps.h"
 #include "fixture.h"
 #include "geometry/generator.h"
@@ -163,7 +164,7 @@ static uint64_t hash_of_run(IntegratorKind integrator, Precision precision, Team
     load.radius = 1.0;
     load.duration = 1.0;
     apply_well(sim_apply_load, fixture.sim, &load);
-    fixture_run(&fixture, 30);
+    fixture_run(&fixture, EFFORT(30));
     assert_true(sim_wrench(fixture.sim, 0)->contact);
     uint64_t hash = state_hash(&fixture.state);
     return hash;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Threads that share the elements of a voxel body.
 #include "test.h"
+#include "effort.h"
 #include "sim_steps.h"
 #include "voxel_world.h"
 
@@ -33,7 +34,7 @@ static uint64_t run(int n, int threads, Precision precision, VoxelLaw law, bool 
                               .force = {1.0, 0.0, -2.0},
                               .duration = 10.0};
     apply_well(sim_apply_load, world.sim, &load);
-    voxel_world_run(&world, 0.05);
+    voxel_world_run(&world, EFFORT(50) * sim_tick(world.sim));
     uint64_t hash = state_hash(&world.state);
     voxel_world_read(&world);
     double most = 0.0;
