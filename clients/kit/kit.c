@@ -379,6 +379,22 @@ bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int
                        what, kit->client.prefix, seconds, kit->client.url);
 }
 
+bool kit_wait_published(PliantClient *kit, const char *type, double seconds, const int64_t *count,
+                        const char *or_else)
+{
+    const int64_t before = *count, deadline = kit_deadline(seconds);
+    const bool waited = kit_wait(kit, deadline, count, before);
+    if (*count != before)
+        return true;
+    char within[40] = ""; // nothing of a caller who has waited by other means
+    if (seconds > 0.0)
+        snprintf(within, sizeof within, " within %g s", seconds);
+    if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
+        client_fail(&kit->error, "no %s_%s%s: no pliantd on %s, or %s?", kit->client.prefix, type,
+                    within, kit->client.url, or_else);
+    return false;
+}
+
 bool pliant_wait(PliantClient *kit, double seconds)
 {
     return kit_wait(kit, kit_deadline(seconds), NULL, 0);
@@ -560,17 +576,9 @@ const PliantStatus *pliant_status(const PliantClient *kit)
 
 const PliantStatus *pliant_wait_status(PliantClient *kit, double seconds)
 {
-    const int64_t before = kit->statuses, deadline = kit_deadline(seconds);
-    const bool waited = kit_wait(kit, deadline, &kit->statuses, before);
-    if (kit->statuses != before)
-        return &kit->status;
-    char within[40] = ""; // nothing of a caller who has waited by other means
-    if (seconds > 0.0)
-        snprintf(within, sizeof within, " within %g s", seconds);
-    if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
-        client_fail(&kit->error, "no %s_STATUS%s: no pliantd on %s, or one with another prefix?",
-                    kit->client.prefix, within, kit->client.url);
-    return NULL;
+    return kit_wait_published(kit, "STATUS", seconds, &kit->statuses, "one with another prefix")
+               ? &kit->status
+               : NULL;
 }
 
 const PliantEvent *pliant_next_event(PliantClient *kit)

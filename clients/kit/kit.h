@@ -152,6 +152,10 @@ void kit_pending_destroy(PliantClient *kit);
 bool kit_may_send(PliantClient *kit);
 // Waits until the count of `what` grows; returns false with a sentence otherwise.
 bool kit_wait_for(PliantClient *kit, const char *what, double seconds, const int64_t *count);
+// Waits for the next message on the prefix's channel of this name, of which there were `*count`.
+// `or_else`: why there may be none on a network with a server.
+bool kit_wait_published(PliantClient *kit, const char *type, double seconds, const int64_t *count,
+                        const char *or_else);
 // Returns the deadline `seconds` from now [ns]; a number that is none, or below 0, is now.
 int64_t kit_deadline(double seconds);
 void kit_input_channel(const PliantClient *kit, const char *name, char channel[CLIENT_CHANNEL_MAX]);

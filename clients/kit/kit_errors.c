@@ -71,14 +71,8 @@ const PliantErrors *pliant_errors(const PliantClient *kit)
 
 const PliantErrors *pliant_wait_errors(PliantClient *kit, double seconds)
 {
-    const int64_t before = kit->error_count, deadline = kit_deadline(seconds);
-    const bool waited = kit_wait(kit, deadline, &kit->error_count, before);
-    if (kit->error_count != before)
-        return &kit->errors;
-    if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
-        client_fail(&kit->error,
-                    "no %s_ERROR within %g s: no pliantd on %s, or its scene has no "
-                    "publish.error_hz?",
-                    kit->client.prefix, seconds, kit->client.url);
-    return NULL;
+    return kit_wait_published(kit, "ERROR", seconds, &kit->error_count,
+                              "its scene has no publish.error_hz")
+               ? &kit->errors
+               : NULL;
 }

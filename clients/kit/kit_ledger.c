@@ -95,14 +95,8 @@ const PliantLedger *pliant_ledger(const PliantClient *kit)
 
 const PliantLedger *pliant_wait_ledger(PliantClient *kit, double seconds)
 {
-    const int64_t before = kit->ledgers, deadline = kit_deadline(seconds);
-    const bool waited = kit_wait(kit, deadline, &kit->ledgers, before);
-    if (kit->ledgers != before)
-        return &kit->ledger;
-    if (waited && !client_tell_foreign(&kit->client, kit->error.text, sizeof kit->error.text))
-        client_fail(&kit->error,
-                    "no %s_LEDGER within %g s: no pliantd on %s, or none with a body that can be "
-                    "cut?",
-                    kit->client.prefix, seconds, kit->client.url);
-    return NULL;
+    return kit_wait_published(kit, "LEDGER", seconds, &kit->ledgers,
+                              "none with a body that can be cut")
+               ? &kit->ledger
+               : NULL;
 }
