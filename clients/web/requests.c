@@ -403,76 +403,48 @@ void requests_channel(const Requests *requests, const char *name, char channel[C
     snprintf(channel, CLIENT_CHANNEL_MAX, "%s_%s", requests->prefix, name);
 }
 
-static void publish_cut(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    requests_channel(requests, "CUT", channel);
-    pliant_cut_t message = {.utime = utime, .sender = sender, .id = ask->id, .body = ask->text};
-    memcpy(message.before, ask->cut.before, sizeof message.before);
-    memcpy(message.after, ask->cut.after, sizeof message.after);
-    pliant_cut_t_publish(requests->client->lcm, channel, &message);
-}
-
-static void publish_load(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    requests_channel(requests, "LOAD", channel);
-    pliant_load_t message = {.utime = utime,
-                             .sender = sender,
-                             .id = ask->id,
-                             .radius = ask->load.radius,
-                             .duration = ask->load.duration,
-                             .body = ask->text};
-    memcpy(message.center, ask->load.center, sizeof message.center);
-    memcpy(message.force, ask->load.force, sizeof message.force);
-    pliant_load_t_publish(requests->client->lcm, channel, &message);
-}
-
-static void publish_tie(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    requests_channel(requests, "TIE", channel);
-    pliant_tie_t message = {.utime = utime,
-                            .sender = sender,
-                            .id = ask->id,
-                            .action = ask->tie.action,
-                            .tie = ask->tie.number,
-                            .kind = ask->tie.kind,
-                            .tool = ask->tie.tool,
-                            .radius = ask->tie.radius,
-                            .stiffness = ask->tie.stiffness,
-                            .damping_ratio = ask->tie.damping_ratio,
-                            .break_force = ask->tie.break_force,
-                            .body = ask->text};
-    memcpy(message.center, ask->tie.center, sizeof message.center);
-    memcpy(message.to_body, ask->tie.to_body, sizeof ask->tie.to_body);
-    pliant_tie_t_publish(requests->client->lcm, channel, &message);
-}
-
-static void publish_command(const Requests *requests, int32_t sender, int64_t utime, Ask *ask)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    requests_channel(requests, "COMMAND", channel);
-    pliant_command_t message = {.utime = utime,
-                                .sender = sender,
-                                .id = ask->id,
-                                .kind = ask->command.kind,
-                                .value = ask->command.value,
-                                .argument = ask->text};
-    pliant_command_t_publish(requests->client->lcm, channel, &message);
-}
-
 static void publish(const Requests *requests, const Request *request)
 {
-    Ask copy = request->ask; // generated messages have no constant strings
-    if (copy.kind == ASK_CUT)
-        publish_cut(requests, request->sender, request->utime, &copy);
-    else if (copy.kind == ASK_LOAD)
-        publish_load(requests, request->sender, request->utime, &copy);
-    else if (copy.kind == ASK_TIE)
-        publish_tie(requests, request->sender, request->utime, &copy);
-    else if (copy.kind == ASK_COMMAND)
-        publish_command(requests, request->sender, request->utime, &copy);
+    static const char *const NAMES[] = {
+        [ASK_CUT] = "CUT", [ASK_LOAD] = "LOAD", [ASK_TIE] = "TIE", [ASK_COMMAND] = "COMMAND"};
+    lcm_t *lcm = requests->client->lcm;
+    Ask ask = request->ask; // generated messages have no constant strings
+    char channel[CLIENT_CHANNEL_MAX];
+    if ((size_t)ask.kind >= sizeof NAMES / sizeof *NAMES || NAMES[ask.kind] == NULL)
+        return;
+    requests_channel(requests, NAMES[ask.kind], channel);
+#define SENT .utime = request->utime, .sender = request->sender, .id = ask.id
+    if (ask.kind == ASK_CUT) {
+        pliant_cut_t message = {SENT, .body = ask.text};
+        memcpy(message.before, ask.cut.before, sizeof message.before);
+        memcpy(message.after, ask.cut.after, sizeof message.after);
+        pliant_cut_t_publish(lcm, channel, &message);
+    } else if (ask.kind == ASK_LOAD) {
+        pliant_load_t message = {SENT, .radius = ask.load.radius, .duration = ask.load.duration,
+                                 .body = ask.text};
+        memcpy(message.center, ask.load.center, sizeof message.center);
+        memcpy(message.force, ask.load.force, sizeof message.force);
+        pliant_load_t_publish(lcm, channel, &message);
+    } else if (ask.kind == ASK_TIE) {
+        pliant_tie_t message = {SENT,
+                                .action = ask.tie.action,
+                                .tie = ask.tie.number,
+                                .kind = ask.tie.kind,
+                                .tool = ask.tie.tool,
+                                .radius = ask.tie.radius,
+                                .stiffness = ask.tie.stiffness,
+                                .damping_ratio = ask.tie.damping_ratio,
+                                .break_force = ask.tie.break_force,
+                                .body = ask.text};
+        memcpy(message.center, ask.tie.center, sizeof message.center);
+        memcpy(message.to_body, ask.tie.to_body, sizeof ask.tie.to_body);
+        pliant_tie_t_publish(lcm, channel, &message);
+    } else {
+        const pliant_command_t message = {SENT, .kind = ask.command.kind,
+                                          .value = ask.command.value, .argument = ask.text};
+        pliant_command_t_publish(lcm, channel, &message);
+    }
+#undef SENT
 }
 
 bool requests_send(Requests *requests, int32_t sender, const Ask *ask)
