@@ -177,26 +177,15 @@ static void empty_slot(BoardSlot *slot)
 
 static void empty_bodies(Board *board)
 {
-    for (int i = 0; i < BOARD_BODIES; i++) {
-        empty_slot(&board->body[i].look);
-        empty_slot(&board->body[i].mesh);
-        empty_slot(&board->body[i].rest);
-        empty_slot(&board->body[i].nodes);
-        empty_slot(&board->body[i].error_map);
-        empty_slot(&board->body[i].elements);
-    }
+    for (int i = 0; i < BOARD_BODIES; i++)
+        for (int k = 0; k < BOARD_BODY_KINDS; k++)
+            empty_slot(&board->body[i][k]);
 }
 
 void board_destroy(Board *board)
 {
-    empty_slot(&board->scene);
-    empty_slot(&board->status);
-    empty_slot(&board->ledger);
-    empty_slot(&board->errors);
-    empty_slot(&board->link);
-    empty_slot(&board->workbench);
-    empty_slot(&board->recording);
-    empty_slot(&board->playback);
+    for (int k = 0; k < BOARD_KINDS; k++)
+        empty_slot(&board->slot[k]);
     empty_bodies(board);
     pthread_cond_destroy(&board->news);
     pthread_mutex_destroy(&board->lock);
@@ -225,75 +214,34 @@ void board_clear(Board *board)
 {
     pthread_mutex_lock(&board->lock);
     empty_bodies(board);
-    empty_slot(&board->ledger);
-    empty_slot(&board->errors);
-    empty_slot(&board->recording);
-    empty_slot(&board->playback);
+    empty_slot(&board->slot[BOARD_LEDGER]);
+    empty_slot(&board->slot[BOARD_ERRORS]);
+    empty_slot(&board->slot[BOARD_RECORDING]);
+    empty_slot(&board->slot[BOARD_PLAYBACK]);
     memset(board->contact, 0, sizeof board->contact);
     memset(board->pose, 0, sizeof board->pose);
     pthread_mutex_unlock(&board->lock);
 }
 
-void board_set_scene(Board *board, Parcel *scene)
+void board_set(Board *board, BoardKind kind, Parcel *parcel)
 {
-    set_slot(board, &board->scene, scene);
+    set_slot(board, &board->slot[kind], parcel);
 }
 
-void board_set_status(Board *board, Parcel *status)
+void board_set_of_body(Board *board, int body, BoardBodyKind kind, Parcel *parcel)
 {
-    set_slot(board, &board->status, status);
-}
-
-void board_set_ledger(Board *board, Parcel *ledger)
-{
-    set_slot(board, &board->ledger, ledger);
-}
-
-void board_set_errors(Board *board, Parcel *errors)
-{
-    set_slot(board, &board->errors, errors);
-}
-
-void board_set_link(Board *board, Parcel *link)
-{
-    set_slot(board, &board->link, link);
-}
-
-void board_set_workbench(Board *board, Parcel *workbench)
-{
-    set_slot(board, &board->workbench, workbench);
-}
-
-void board_set_playback(Board *board, Parcel *recording, Parcel *playback)
-{
-    set_slot(board, &board->recording, recording);
-    set_slot(board, &board->playback, playback);
+    set_slot(board, &board->body[body][kind], parcel);
 }
 
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes)
 {
-    BoardBody *to = &board->body[body];
+    BoardSlot *to = board->body[body];
     pthread_mutex_lock(&board->lock);
-    fill_slot(board, &to->mesh, mesh);
-    fill_slot(board, &to->rest, rest);
-    fill_slot(board, &to->nodes, nodes);
+    fill_slot(board, &to[BOARD_MESH], mesh);
+    fill_slot(board, &to[BOARD_REST], rest);
+    fill_slot(board, &to[BOARD_NODES], nodes);
     pthread_cond_broadcast(&board->news);
     pthread_mutex_unlock(&board->lock);
-}
-
-void board_set_look(Board *board, int body, Parcel *look)
-{
-    set_slot(board, &board->body[body].look, look);
-}
-
-void board_set_error_map(Board *board, int body, Parcel *map)
-{
-    set_slot(board, &board->body[body].error_map, map);
-}
-
-void board_set_elements(Board *board, int body, Parcel *elements)
-{
-    set_slot(board, &board->body[body].elements, elements);
 }
 
 // Wakes no thread: contacts and poses come up to a thousand times per second, and the threads of
@@ -481,24 +429,12 @@ static void take(Board *board, BoardPage *page, Round *round)
 {
     uint64_t seen = page->seen;
     *round = (Round){.number = ++page->round};
-    // What describes the daemon first, since the rest refers to it,
-    take_slot(&board->scene, seen, round);
-    take_slot(&board->link, seen, round);
-    take_slot(&board->status, seen, round);
-    take_slot(&board->ledger, seen, round);
-    take_slot(&board->errors, seen, round);
-    take_slot(&board->workbench, seen, round);
-    take_slot(&board->recording, seen, round);
-    take_slot(&board->playback, seen, round);
-    // then each body's newest set,
-    for (int i = 0; i < BOARD_BODIES; i++) {
-        take_slot(&board->body[i].look, seen, round);
-        take_slot(&board->body[i].mesh, seen, round);
-        take_slot(&board->body[i].rest, seen, round);
-        take_slot(&board->body[i].nodes, seen, round);
-        take_slot(&board->body[i].error_map, seen, round);
-        take_slot(&board->body[i].elements, seen, round);
-    }
+    // What describes the daemon, then each body's newest set,
+    for (int k = 0; k < BOARD_KINDS; k++)
+        take_slot(&board->slot[k], seen, round);
+    for (int i = 0; i < BOARD_BODIES; i++)
+        for (int k = 0; k < BOARD_BODY_KINDS; k++)
+            take_slot(&board->body[i][k], seen, round);
     // what waits for this page alone,
     for (; page->waiting > 0; page->waiting--) {
         round->parcel[round->parcels++] = page->outbox[page->first];

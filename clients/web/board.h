@@ -50,19 +50,40 @@ enum {
     BOARD_TOOLS = 32,
     BOARD_PAGES = 16,
     OUTBOX_MAX = 256, // events, replies and errors that wait for a page; the oldest are dropped
-    ROUND_PARCELS = 8 + 6 * BOARD_BODIES + OUTBOX_MAX,
 };
+
+// The kinds of parcels, in the order in which pages get them: what describes the daemon first,
+// since the rest refers to it.
+typedef enum BoardKind {
+    BOARD_SCENE,
+    BOARD_LINK,
+    BOARD_STATUS,
+    BOARD_LEDGER,
+    BOARD_ERRORS,
+    BOARD_WORKBENCH,
+    BOARD_RECORDING, // of pliant-play: what does not change,
+    BOARD_PLAYBACK,  // and where it is now
+    BOARD_KINDS
+} BoardKind;
+
+// Then of each body: the nodes are those of the mesh.
+typedef enum BoardBodyKind {
+    BOARD_LOOK,
+    BOARD_MESH,
+    BOARD_REST,
+    BOARD_NODES,
+    BOARD_ERROR_MAP,
+    BOARD_ELEMENTS,
+    BOARD_BODY_KINDS
+} BoardBodyKind;
+
+enum { ROUND_PARCELS = BOARD_KINDS + BOARD_BODY_KINDS * BOARD_BODIES + OUTBOX_MAX };
 
 // The newest parcel of one kind.
 typedef struct BoardSlot {
     Parcel *parcel;
     uint64_t version; // of the board when it was set
 } BoardSlot;
-
-typedef struct BoardBody {
-    BoardSlot look, mesh, rest, nodes; // the nodes are those of the mesh
-    BoardSlot error_map, elements;
-} BoardBody;
 
 typedef struct BoardContact {
     uint64_t version; // 0: none yet
@@ -91,9 +112,7 @@ typedef struct Board {
     pthread_mutex_t lock;
     pthread_cond_t news; // wakes the threads that write to pages
     uint64_t version;    // grows with every change
-    BoardSlot scene, status, ledger, errors, link, workbench;
-    BoardSlot recording, playback; // of pliant-play: what does not change, and where it is now
-    BoardBody body[BOARD_BODIES];
+    BoardSlot slot[BOARD_KINDS], body[BOARD_BODIES][BOARD_BODY_KINDS];
     BoardContact contact[BOARD_TOOLS];
     BoardPose pose[BOARD_TOOLS];
     BoardPage page[BOARD_PAGES];
@@ -121,20 +140,11 @@ void board_destroy(Board *board);
 
 // Removes bodies, contacts, poses and playback, for another daemon.
 void board_clear(Board *board);
-void board_set_scene(Board *board, Parcel *scene);
-void board_set_status(Board *board, Parcel *status);
-void board_set_ledger(Board *board, Parcel *ledger); // NULL: unchanged
-void board_set_errors(Board *board, Parcel *errors);
-void board_set_link(Board *board, Parcel *link);
-void board_set_workbench(Board *board, Parcel *workbench);
 // NULL: unchanged.
-void board_set_playback(Board *board, Parcel *recording, Parcel *playback);
+void board_set(Board *board, BoardKind kind, Parcel *parcel);
+void board_set_of_body(Board *board, int body, BoardBodyKind kind, Parcel *parcel);
 // Sets parcels of a body; a new mesh must come with nodes of it. NULL: unchanged.
 void board_set_body(Board *board, int body, Parcel *mesh, Parcel *rest, Parcel *nodes);
-// Colours of a body, whatever its mesh is now.
-void board_set_look(Board *board, int body, Parcel *look);
-void board_set_error_map(Board *board, int body, Parcel *map);
-void board_set_elements(Board *board, int body, Parcel *elements);
 void board_set_contact(Board *board, const pliant_contact_t *contact);
 void board_set_pose(Board *board, const pliant_tool_pose_t *pose);
 // To every page, or to the page of that sender (returns false if there is none).

@@ -107,13 +107,13 @@ static void show(Bodies *bodies, Body *body)
         return;
     // Build what is new; what the page has already is not sent again.
     int index = (int)(body - bodies->body);
-    BoardBody *on_board = &bodies->board->body[index];
+    const BoardSlot *on_board = bodies->board->body[index];
     Parcel *new_mesh = NULL, *new_rest = NULL, *new_nodes = NULL;
     if (body->new_mesh)
-        new_mesh = unless_shown(&on_board->mesh, parcel_mesh(index, mesh, body->first_wall));
+        new_mesh = unless_shown(&on_board[BOARD_MESH], parcel_mesh(index, mesh, body->first_wall));
     bool fits = rest->head.whole && rest->head.topology == mesh->topology;
     if (body->new_rest && fits)
-        new_rest = unless_shown(&on_board->rest, parcel_rest(index, rest));
+        new_rest = unless_shown(&on_board[BOARD_REST], parcel_rest(index, rest));
     // Send the nodes again with a mesh, so that the page can draw it at once.
     if (body->new_nodes || new_mesh)
         new_nodes = parcel_nodes(index, nodes);
@@ -125,16 +125,19 @@ static void show(Bodies *bodies, Body *body)
         board_set_body(bodies->board, index, new_mesh, new_rest, new_nodes);
 }
 
-// Puts new colours on the board; the page knows which mesh they are of.
+// Puts what the page draws on whichever mesh it is of on the board, unless it is there already.
+static void show_alone(const Bodies *bodies, int index, BoardBodyKind kind, Parcel *parcel)
+{
+    board_set_of_body(bodies->board, index, kind,
+                      unless_shown(&bodies->board->body[index][kind], parcel));
+}
+
 static void show_look(Bodies *bodies, Body *body)
 {
+    const int index = (int)(body - bodies->body);
     if (!body->new_look || !bodies->open)
         return;
-    const int index = (int)(body - bodies->body);
-    Parcel *parcel =
-        unless_shown(&bodies->board->body[index].look, parcel_look(index, &body->look));
-    if (parcel)
-        board_set_look(bodies->board, index, parcel);
+    show_alone(bodies, index, BOARD_LOOK, parcel_look(index, &body->look));
     body->new_look = false;
 }
 
@@ -216,10 +219,7 @@ void bodies_take_error_map(Bodies *bodies, const char *name, const void *data, s
     if (error_map_frame_add(&body->error_map, data, size) != FRAMES_WHOLE || !bodies->open)
         return;
     const int index = (int)(body - bodies->body);
-    Parcel *parcel = unless_shown(&bodies->board->body[index].error_map,
-                                  parcel_error_map(index, &body->error_map));
-    if (parcel)
-        board_set_error_map(bodies->board, index, parcel);
+    show_alone(bodies, index, BOARD_ERROR_MAP, parcel_error_map(index, &body->error_map));
 }
 
 // The same.
@@ -232,10 +232,7 @@ void bodies_take_elements(Bodies *bodies, const char *name, const void *data, si
     if (elements_frame_add(&body->elements, data, size) != FRAMES_WHOLE || !bodies->open)
         return;
     const int index = (int)(body - bodies->body);
-    Parcel *parcel =
-        unless_shown(&bodies->board->body[index].elements, parcel_elements(index, &body->elements));
-    if (parcel)
-        board_set_elements(bodies->board, index, parcel);
+    show_alone(bodies, index, BOARD_ELEMENTS, parcel_elements(index, &body->elements));
 }
 
 void bodies_take_walls(Bodies *bodies, const char *name, const void *data, size_t size)
@@ -309,8 +306,8 @@ static void learn_scene(Feed *feed, const char *text)
     requests_follow(feed->requests);
     Parcel *scene = text_scene(feed->status, text);
     // Only this thread changes the board.
-    if (feed->another || !parcel_equal(scene, feed->board->scene.parcel))
-        board_set_scene(feed->board, scene);
+    if (feed->another || !parcel_equal(scene, feed->board->slot[BOARD_SCENE].parcel))
+        board_set(feed->board, BOARD_SCENE, scene);
     else
         parcel_drop(scene);
     feed->known = true;
@@ -366,7 +363,7 @@ static void on_status(const lcm_recv_buf_t *buffer, const char *channel, void *u
     // After a silence it may be another daemon that looks the same.
     if (!feed->known || silent)
         describe(feed);
-    board_set_status(feed->board, text_status(feed->status));
+    board_set(feed->board, BOARD_STATUS, text_status(feed->status));
 }
 
 static void on_reply(const lcm_recv_buf_t *buffer, const char *channel, void *user)
@@ -417,7 +414,8 @@ static void on_ledger(const lcm_recv_buf_t *buffer, const char *channel, void *u
     }
     // It belongs to a scene, and comes again.
     if (feed->known)
-        board_set_ledger(feed->board, unless_shown(&feed->board->ledger, text_ledger(&ledger)));
+        board_set(feed->board, BOARD_LEDGER,
+                  unless_shown(&feed->board->slot[BOARD_LEDGER], text_ledger(&ledger)));
     pliant_ledger_t_decode_cleanup(&ledger);
 }
 
@@ -432,7 +430,7 @@ static void on_errors(const lcm_recv_buf_t *buffer, const char *channel, void *u
         return;
     }
     if (feed->known)
-        board_set_errors(feed->board, text_errors(&error));
+        board_set(feed->board, BOARD_ERRORS, text_errors(&error));
     pliant_error_t_decode_cleanup(&error);
 }
 
@@ -449,8 +447,10 @@ static void on_playback(const lcm_recv_buf_t *buffer, const char *channel, void 
     // It belongs to a scene, and comes again. What the page has is not sent again.
     if (feed->known) {
         Parcel *recording = playback.whole ? text_recording(&playback) : NULL;
-        board_set_playback(feed->board, unless_shown(&feed->board->recording, recording),
-                           unless_shown(&feed->board->playback, text_playback(&playback)));
+        const BoardSlot *slot = feed->board->slot;
+        board_set(feed->board, BOARD_RECORDING, unless_shown(&slot[BOARD_RECORDING], recording));
+        board_set(feed->board, BOARD_PLAYBACK,
+                  unless_shown(&slot[BOARD_PLAYBACK], text_playback(&playback)));
     }
     pliant_playback_t_decode_cleanup(&playback);
 }
@@ -479,66 +479,26 @@ static void on_pose(const lcm_recv_buf_t *buffer, const char *channel, void *use
         feed->wrong_types++;
 }
 
-static const char *body_of(const Feed *feed, const char *name, const char *channel)
-{
-    const char *body = client_body_of(feed->client, name, channel);
-    return body ? body : "";
-}
+// What comes of bodies. MESH_.+ also matches the deltas of MESH_DELTA_<body>; no body has that
+// name, so they are ignored.
+static const struct {
+    const char *name;
+    void (*take)(Bodies *bodies, const char *name, const void *data, size_t size);
+    int queue;
+} OF_BODIES[FEED_STREAMS] = {
+    {"MESH", bodies_take_mesh, 4096},           {"MESH_DELTA", bodies_take_delta, 4096},
+    {"NODES", bodies_take_nodes, 4096},         {"POINTS", bodies_take_nodes, 4096},
+    {"REST", bodies_take_rest, 4096},           {"LOOK", bodies_take_look, 4096},
+    {"ERROR_MAP", bodies_take_error_map, 4096}, {"ELEMENTS", bodies_take_elements, 4096},
+    {"WALLS", bodies_take_walls, 64},
+};
 
-static void on_mesh(const lcm_recv_buf_t *buffer, const char *channel, void *user)
+static void on_body(const lcm_recv_buf_t *buffer, const char *channel, void *user)
 {
-    Feed *feed = user;
-    bodies_take_mesh(&feed->bodies, body_of(feed, "MESH", channel), buffer->data,
-                     buffer->data_size);
-}
-
-static void on_delta(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_delta(&feed->bodies, body_of(feed, "MESH_DELTA", channel), buffer->data,
-                      buffer->data_size);
-}
-
-static void on_nodes(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    const char *body = client_nodes_body(feed->client, channel);
-    bodies_take_nodes(&feed->bodies, body ? body : "", buffer->data, buffer->data_size);
-}
-
-static void on_rest(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_rest(&feed->bodies, body_of(feed, "REST", channel), buffer->data,
-                     buffer->data_size);
-}
-
-static void on_look(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_look(&feed->bodies, body_of(feed, "LOOK", channel), buffer->data,
-                     buffer->data_size);
-}
-
-static void on_error_map(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_error_map(&feed->bodies, body_of(feed, "ERROR_MAP", channel), buffer->data,
-                          buffer->data_size);
-}
-
-static void on_elements(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_elements(&feed->bodies, body_of(feed, "ELEMENTS", channel), buffer->data,
-                         buffer->data_size);
-}
-
-static void on_walls(const lcm_recv_buf_t *buffer, const char *channel, void *user)
-{
-    Feed *feed = user;
-    bodies_take_walls(&feed->bodies, body_of(feed, "WALLS", channel), buffer->data,
-                      buffer->data_size);
+    FeedStream *stream = user;
+    const char *body = client_body_of(stream->feed->client, OF_BODIES[stream->kind].name, channel);
+    if (body)
+        OF_BODIES[stream->kind].take(&stream->feed->bodies, body, buffer->data, buffer->data_size);
 }
 
 // Subscribes to poses, those of pages included.
@@ -553,8 +513,6 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
 {
     *feed = (Feed){.client = client, .board = board, .requests = requests};
     bodies_init(&feed->bodies, board);
-    // MESH_.+ also matches the deltas of MESH_DELTA_<body>; no body has that name, so they are
-    // ignored.
     bool ok = client_subscribe(client, "STATUS", NULL, 16, on_status, feed) &&
               client_subscribe(client, "REPLY", NULL, 256, on_reply, feed) &&
               client_subscribe(client, "EVENT", NULL, 256, on_event, feed) &&
@@ -562,16 +520,12 @@ bool feed_start(Feed *feed, Client *client, Board *board, Requests *requests, Pl
               client_subscribe(client, "ERROR", NULL, 16, on_errors, feed) &&
               client_subscribe(client, "CONTACT", NULL, 1024, on_contact, feed) &&
               client_subscribe(client, "PLAYBACK", NULL, 16, on_playback, feed) &&
-              session_open(&requests->session, client, NULL) && subscribe_poses(feed) &&
-              client_subscribe(client, "MESH", ".+", 4096, on_mesh, feed) &&
-              client_subscribe(client, "MESH_DELTA", ".+", 4096, on_delta, feed) &&
-              client_subscribe(client, "NODES", ".+", 4096, on_nodes, feed) &&
-              client_subscribe(client, "POINTS", ".+", 4096, on_nodes, feed) &&
-              client_subscribe(client, "REST", ".+", 4096, on_rest, feed) &&
-              client_subscribe(client, "LOOK", ".+", 4096, on_look, feed) &&
-              client_subscribe(client, "ERROR_MAP", ".+", 4096, on_error_map, feed) &&
-              client_subscribe(client, "ELEMENTS", ".+", 4096, on_elements, feed) &&
-              client_subscribe(client, "WALLS", ".+", 64, on_walls, feed);
+              session_open(&requests->session, client, NULL) && subscribe_poses(feed);
+    for (int k = 0; k < FEED_STREAMS; k++) {
+        feed->stream[k] = (FeedStream){feed, k};
+        ok = ok && client_subscribe(client, OF_BODIES[k].name, ".+", OF_BODIES[k].queue, on_body,
+                                    &feed->stream[k]);
+    }
     if (!ok)
         return client_fail(error, "LCM refuses to subscribe to %s_*", client->prefix);
     feed->patience_s = ASK_FIRST_S;
@@ -589,7 +543,7 @@ static void publish_link(Feed *feed)
         return;
     feed->linked = linked;
     feed->link_ns = client_now_ns();
-    board_set_link(feed->board, text_link(linked, age));
+    board_set(feed->board, BOARD_LINK, text_link(linked, age));
 }
 
 // Detects a daemon that looks like the last one and is another.

@@ -65,12 +65,20 @@ double bodies_unmatched(const Bodies *bodies, int64_t now_ns);
 
 // --- the feed ------------------------------------------------------------------------------------
 
+enum { FEED_STREAMS = 9 };
+
+typedef struct FeedStream {
+    struct Feed *feed;
+    int kind; // of what comes of bodies
+} FeedStream;
+
 typedef struct Feed {
     Client *client;
     Board *board;
     Requests *requests;
     Workbench *workbench; // NULL: none
     Bodies bodies;
+    FeedStream stream[FEED_STREAMS];
     // the newest status
     pliant_status_t *status; // NULL: none yet
     int64_t status_ns;       // when it came (CLOCK_MONOTONIC)

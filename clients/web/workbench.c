@@ -535,10 +535,10 @@ static void show(Workbench *workbench)
     };
     Parcel *parcel = text_workbench(&text);
     // Only this thread changes the slot.
-    if (parcel_equal(parcel, workbench->board->workbench.parcel))
+    if (parcel_equal(parcel, workbench->board->slot[BOARD_WORKBENCH].parcel))
         parcel_drop(parcel);
     else
-        board_set_workbench(workbench->board, parcel);
+        board_set(workbench->board, BOARD_WORKBENCH, parcel);
 }
 
 void workbench_turn(Workbench *workbench, const WorkbenchHeard *heard, int64_t now_ns)

@@ -51,12 +51,12 @@ AROUND_EACH(begin, end)
 
 TEST(a_late_page_gets_the_newest_of_everything_in_order)
 {
-    board_set_status(&board, parcel("status1"));
+    board_set(&board, BOARD_STATUS, parcel("status1"));
     board_set_body(&board, 1, parcel("mesh1"), parcel("rest1"), parcel("nodes1"));
     board_set_body(&board, 1, NULL, NULL, parcel("nodes2"));
     board_set_body(&board, 0, parcel("mesh0"), NULL, parcel("nodes0"));
-    board_set_scene(&board, parcel("scene"));
-    board_set_status(&board, parcel("status2"));
+    board_set(&board, BOARD_SCENE, parcel("scene"));
+    board_set(&board, BOARD_STATUS, parcel("status2"));
     BoardPage *page = board_add_page(&board);
     assert_string_equal(take(page), "scene status2 mesh0 nodes0 mesh1 rest1 nodes2 ");
     board_remove_page(&board, page);
@@ -101,15 +101,15 @@ TEST(a_page_that_does_not_answer_gets_no_further_round)
 {
     static Waiter waiter;
     waiter.page = board_add_page(&board);
-    board_set_status(&board, parcel("status1"));
+    board_set(&board, BOARD_STATUS, parcel("status1"));
     take(waiter.page);
-    board_set_status(&board, parcel("status2"));
+    board_set(&board, BOARD_STATUS, parcel("status2"));
     board_drawn(&board, waiter.page, round_.number - 1); // not that round
     pthread_create(&waiter.thread, NULL, wait_for_round, &waiter);
     // Another page is served as ever, and the LCM thread is not held up.
     BoardPage *other = board_add_page(&board);
     for (int k = 0; k < 20; k++) {
-        board_set_link(&board, parcel("link"));
+        board_set(&board, BOARD_LINK, parcel("link"));
         take(other);
         board_drawn(&board, other, round_.number);
     }
@@ -189,7 +189,7 @@ TEST(there_are_no_more_pages_than_places)
 TEST(the_page_that_has_not_drawn_for_longest_is_ended_for_another)
 {
     BoardPage *page[3];
-    board_set_status(&board, parcel("status"));
+    board_set(&board, BOARD_STATUS, parcel("status"));
     for (int k = 0; k < 3; k++) {
         page[k] = board_add_page(&board);
         take(page[k]);

@@ -137,7 +137,7 @@ static int32_t topology_of(const BoardSlot *slot)
 // What the board has of node `node` of body "a".
 static double x_of(int node)
 {
-    const BoardSlot *slot = &board.body[0].nodes;
+    const BoardSlot *slot = &board.body[0][BOARD_NODES];
     float x;
     assert_non_null(slot->parcel);
     const size_t positions = slot->parcel->size - 9 * sizeof x; // they come last
@@ -152,7 +152,7 @@ TEST(a_lost_packet_holds_up_only_its_own_nodes)
     send_mesh("a", 1);
     send_point("a", 100, 0);
     send_point("a", 100, 2);
-    assert_null(board.body[0].nodes.parcel); // node 1 was never heard of
+    assert_null(board.body[0][BOARD_NODES].parcel); // node 1 was never heard of
     for (int node = 0; node < 3; node++)
         send_point("a", 101, node);
     send_point("a", 102, 0);
@@ -166,15 +166,15 @@ TEST(a_lost_packet_holds_up_only_its_own_nodes)
 TEST(a_mesh_waits_for_its_nodes_and_nodes_for_their_mesh)
 {
     send_mesh("b", 1);
-    assert_null(board.body[1].mesh.parcel);
+    assert_null(board.body[1][BOARD_MESH].parcel);
     send_nodes("b", 1, 3);
-    assert_int_equal(topology_of(&board.body[1].mesh), 1);
-    assert_int_equal(topology_of(&board.body[1].nodes), 1);
-    assert_null(board.body[0].mesh.parcel);
+    assert_int_equal(topology_of(&board.body[1][BOARD_MESH]), 1);
+    assert_int_equal(topology_of(&board.body[1][BOARD_NODES]), 1);
+    assert_null(board.body[0][BOARD_MESH].parcel);
     send_nodes("a", 5, 3);
-    assert_null(board.body[0].nodes.parcel);
+    assert_null(board.body[0][BOARD_NODES].parcel);
     send_mesh("a", 5);
-    assert_int_equal(topology_of(&board.body[0].nodes), 5);
+    assert_int_equal(topology_of(&board.body[0][BOARD_NODES]), 5);
     send_mesh("nobody", 1); // not in the scene: dropped
     send_nodes("nobody", 1, 3);
 }
@@ -184,10 +184,10 @@ TEST(a_delta_is_shown_with_the_first_nodes_of_its_mesh)
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
     send_delta("a", 1, 2);
-    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+    assert_int_equal(topology_of(&board.body[0][BOARD_MESH]), 1);
     send_nodes("a", 2, 4);
-    assert_int_equal(topology_of(&board.body[0].mesh), 2);
-    assert_int_equal(topology_of(&board.body[0].nodes), 2);
+    assert_int_equal(topology_of(&board.body[0][BOARD_MESH]), 2);
+    assert_int_equal(topology_of(&board.body[0][BOARD_NODES]), 2);
     expect_near(bodies_unmatched(&bodies, client_now_ns()), 0.0, 0.0);
 }
 
@@ -203,7 +203,7 @@ TEST(nodes_of_a_mesh_that_was_missed_are_not_shown_but_counted_as_time)
     expect_at_least(bodies_unmatched(&bodies, client_now_ns() + 1000000000), 1.0);
     send_nodes("a", 3, 3);
     send_mesh("a", 3); // the whole mesh heals it
-    assert_int_equal(topology_of(&board.body[0].nodes), 3);
+    assert_int_equal(topology_of(&board.body[0][BOARD_NODES]), 3);
     expect_near(bodies_unmatched(&bodies, client_now_ns() + 1000000000), 0.0, 0.0);
 }
 
@@ -212,7 +212,7 @@ TEST(what_is_repeated_unchanged_is_not_news)
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
     send_rest("a", 1);
-    assert_int_equal(topology_of(&board.body[0].rest), 1);
+    assert_int_equal(topology_of(&board.body[0][BOARD_REST]), 1);
     uint64_t version = board.version;
     send_mesh("a", 1);
     send_rest("a", 1);
@@ -220,8 +220,8 @@ TEST(what_is_repeated_unchanged_is_not_news)
     triangle[0] = 2, triangle[2] = 0; // another mesh by the same number, as of another daemon
     send_mesh("a", 1);
     triangle[0] = 0, triangle[2] = 2;
-    assert_true(board.body[0].mesh.version > version);
-    assert_true(board.body[0].nodes.version > board.body[0].mesh.version);
+    assert_true(board.body[0][BOARD_MESH].version > version);
+    assert_true(board.body[0][BOARD_NODES].version > board.body[0][BOARD_MESH].version);
 }
 
 TEST(rest_positions_wait_for_their_mesh)
@@ -229,10 +229,10 @@ TEST(rest_positions_wait_for_their_mesh)
     send_rest("a", 2);
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
-    assert_null(board.body[0].rest.parcel);
+    assert_null(board.body[0][BOARD_REST].parcel);
     send_mesh("a", 2);
     send_nodes("a", 2, 3);
-    assert_int_equal(topology_of(&board.body[0].rest), 2);
+    assert_int_equal(topology_of(&board.body[0][BOARD_REST]), 2);
 }
 
 // Of the mesh on the board.
@@ -251,13 +251,13 @@ TEST(walls_are_told_with_the_mesh)
     const int size = pliant_walls_t_encode(data, 0, DATA, &walls);
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
-    assert_int_equal(wall_of(&board.body[0].mesh), 0);
+    assert_int_equal(wall_of(&board.body[0][BOARD_MESH]), 0);
     bodies_take_walls(&bodies, "a", data, (size_t)size - 1); // not whole: dropped
-    assert_int_equal(wall_of(&board.body[0].mesh), 0);
+    assert_int_equal(wall_of(&board.body[0][BOARD_MESH]), 0);
     bodies_take_walls(&bodies, "nobody", data, (size_t)size);
     bodies_take_walls(&bodies, "a", data, (size_t)size);
-    assert_int_equal(wall_of(&board.body[0].mesh), 7);
-    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+    assert_int_equal(wall_of(&board.body[0][BOARD_MESH]), 7);
+    assert_int_equal(topology_of(&board.body[0][BOARD_MESH]), 1);
 }
 
 TEST(maps_of_errors_are_shown_once)
@@ -271,7 +271,7 @@ TEST(maps_of_errors_are_shown_once)
                               .share = share};
     SEND(error_map_t, bodies_take_error_map, "nobody", map);
     SEND(error_map_t, bodies_take_error_map, "a", map);
-    const BoardSlot *slot = &board.body[0].error_map;
+    const BoardSlot *slot = &board.body[0][BOARD_ERROR_MAP];
     assert_int_equal(topology_of(slot), 3);
     assert_int_equal(slot->parcel->size, 24 + 4);
     assert_memory_equal(slot->parcel->data + 24, share, 4);
@@ -302,7 +302,7 @@ TEST(elements_are_shown_once)
                                   .tag = tag};
     SEND(elements_t, bodies_take_elements, "nobody", elements);
     SEND(elements_t, bodies_take_elements, "a", elements);
-    const BoardSlot *slot = &board.body[0].elements;
+    const BoardSlot *slot = &board.body[0][BOARD_ELEMENTS];
     assert_int_equal(topology_of(slot), 3);
     assert_int_equal(slot->parcel->size, 24 + 12 + 4 + 2);
     assert_memory_equal(slot->parcel->data + 24, count, 12);
@@ -330,7 +330,7 @@ TEST(bodies_of_a_scene_that_pages_do_not_know_stay_back)
     send_nodes("c", 1, 3);
     send_mesh("a", 1);
     send_nodes("a", 1, 3);
-    assert_null(board.body[0].mesh.parcel);
+    assert_null(board.body[0][BOARD_MESH].parcel);
     bodies_open(&bodies);
-    assert_int_equal(topology_of(&board.body[0].mesh), 1);
+    assert_int_equal(topology_of(&board.body[0][BOARD_MESH]), 1);
 }
