@@ -335,7 +335,7 @@ TEST(forces_and_moments_cancel)
                  PAIRS[k][0], PAIRS[k][1]);
         run_create(&run, text);
         int acted = 0;
-        for (int i = 0; i < 300; i++) {
+        for (int i = 0; i < 150; i++) {
             sim_step(run.world.sim);
             const Touch *touch = touch_of(&run);
             Vec3 force = {0, 0, 0}, moment = {0, 0, 0};
