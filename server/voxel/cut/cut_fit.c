@@ -48,6 +48,12 @@ static int cell_around(const CutFit *fit, const CutMoved *at, int slot)
     return leaf < fit->faces->cell_count ? leaf : -1;
 }
 
+// True for a cell that is part of a larger leaf: its faces are not open yet.
+static bool is_covered(const CutLattice *lattice, int cell)
+{
+    return !cut_lattice_is_leaf(lattice, cell) && !cut_lattice_is_gone(lattice, cell);
+}
+
 // Faces open between the cells around the point.
 static Wall find_wall(const CutFit *fit, const CutMoved *at)
 {
@@ -59,7 +65,8 @@ static Wall find_wall(const CutFit *fit, const CutMoved *at)
             if (s >> axis & 1 || (at->leaf[s] < 0 && at->leaf[t] < 0))
                 continue;
             const int low = cell_around(fit, at, s), high = cell_around(fit, at, t);
-            if (low >= 0 && high >= 0 && (lattice->broken[low] >> axis & 1))
+            if (low >= 0 && high >= 0 && (lattice->broken[low] >> axis & 1) &&
+                !is_covered(lattice, low) && !is_covered(lattice, high))
                 add_crossing(&wall, &fit->crossing[low][axis], lattice->element[low].cell, axis);
         }
     double length = 1e-12;
