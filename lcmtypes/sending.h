@@ -13,6 +13,7 @@
 enum {
     NODES_IN_CHUNK = 4096,      // 49 kB: below one datagram
     NODES_IN_LOOK_CHUNK = 2048, // 12 kB, which the server finds within half a millisecond
+    ROWS_IN_MAP_CHUNK = 16384,  // of elements 48 kB
     TRIANGLES_IN_CHUNK = 2048,  // with NODES_IN_MESH_CHUNK 46 kB
     NODES_IN_MESH_CHUNK = 1024,
 };

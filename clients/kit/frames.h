@@ -89,12 +89,14 @@ typedef struct LookFrame {
 // Where the error of one body is (error_map_t).
 typedef struct ErrorMapFrame {
     FrameHead head;
+    int64_t step;         // ticks completed when it was made
     unsigned char *share; // [count] around each node, 0 to 255 of the largest
 } ErrorMapFrame;
 
 // The elements at the surface of one body (elements_t).
 typedef struct ElementsFrame {
     FrameHead head;
+    int64_t step; // ticks completed when they were read
     int level_count;
     int32_t at_level[FRAMES_LEVELS_MAX]; // elements of the whole body
     unsigned char *level;                // [count]

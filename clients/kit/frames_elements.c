@@ -23,8 +23,10 @@ static FramesResult elements_take(ElementsFrame *frame, const pliant_elements_t 
     frame->level = frame->head.array[0];
     frame->tag = frame->head.array[1];
     frame->level_count = (int)frame->head.alike;
-    if (first && (result == FRAMES_MORE || result == FRAMES_WHOLE))
-        memcpy(frame->at_level, chunk->elements, (size_t)chunk->num_levels * sizeof(int32_t));
+    if (!first || (result != FRAMES_MORE && result != FRAMES_WHOLE))
+        return result;
+    frame->step = chunk->step;
+    memcpy(frame->at_level, chunk->elements, (size_t)chunk->num_levels * sizeof(int32_t));
     return result;
 }
 

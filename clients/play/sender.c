@@ -7,6 +7,8 @@
 #include "sending.h"
 
 #include "pliant_contact_t.h"
+#include "pliant_elements_t.h"
+#include "pliant_error_map_t.h"
 #include "pliant_look_t.h"
 #include "pliant_mesh_t.h"
 #include "pliant_nodes_t.h"
@@ -44,6 +46,12 @@ void sender_create(Sender *sender, Client *client, Timeline *timeline)
         client_channel(client, "MESH", called, body->mesh_channel);
         client_channel(client, "WALLS", called, body->walls_channel);
         client_channel(client, "LOOK", called, body->look_channel);
+        for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+            static const char *const names[RECORDING_MAPS] = {"ERROR_MAP", "ELEMENTS"};
+            client_channel(client, names[kind], called, body->map[kind].channel);
+            body->map[kind].number = -1;
+            body->map[kind].row = allocate(nodes + triangles, RECORDING_MAP_ROOM);
+        }
         body->outside = allocate(nodes, 3);
         body->inside = allocate(nodes, 3);
     }
@@ -57,6 +65,8 @@ void sender_destroy(Sender *sender)
         free(body->outside);
         free(body->inside);
         colours_destroy(&body->colours);
+        for (int kind = 0; kind < RECORDING_MAPS; kind++)
+            free(body->map[kind].row);
 #define FREE_ROWS(name, ...) free(body->column.name);
         MESH_COLUMNS(FREE_ROWS)
     }
@@ -138,6 +148,44 @@ static bool read_mesh(Sender *sender, int index, const TimelineFrame *at, Status
     return read_look(sender, index, at, status);
 }
 
+// Columns of a map in its memory: of triangles tags, and levels behind them.
+static unsigned char *levels_of(const SenderMap *map)
+{
+    return map->row + sizeof(int16_t) * (size_t)map->map.count;
+}
+
+// Reads the newest maps up to the frame shown, if they are of its mesh. Only pairs of triangles are
+// squares.
+static bool read_maps(Sender *sender, int index, const TimelineFrame *at, Status *status)
+{
+    SenderBody *body = &sender->body[index];
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        SenderMap *to = &body->map[kind];
+        const bool elements = kind == RECORDING_ELEMENTS;
+        RecordingMap map;
+        const int64_t found = timeline_find_map(sender->timeline, at, index, kind, &map);
+        const int rows = elements ? body->mesh.triangle_count / 2 * 2 : body->mesh.node_count;
+        if (found < 0 || map.topology != body->mesh.number || map.count != rows || rows == 0) {
+            to->number = -1;
+            to->next = to->chunks = 0;
+            continue;
+        }
+        if (found == to->number && at->part == to->part)
+            continue;
+        to->number = -1;
+        to->next = to->chunks = 0;
+        to->map = map;
+        void *const column[RECORDING_MAP_COLUMNS] = {to->row, levels_of(to)};
+        if (!timeline_map_rows(sender->timeline, at, index, kind, found, column, status))
+            return false;
+        to->number = found;
+        to->part = at->part;
+        to->sequence++;
+        to->chunks = chunks_of(rows, ROWS_IN_MAP_CHUNK);
+    }
+    return true;
+}
+
 static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status *status)
 {
     SenderBody *body = &sender->body[index];
@@ -154,6 +202,8 @@ static bool show_body(Sender *sender, int index, const TimelineFrame *at, Status
         body->has_mesh = true;
         start_mesh(body, false);
     }
+    if (!read_maps(sender, index, at, status))
+        return false;
     body->at = *at;
     body->frame = frame;
     body->frame.position = body->position;
@@ -183,6 +233,14 @@ void sender_repeat(Sender *sender, bool frames)
             start_mesh(body, true);
         if (frames && body->has_mesh && body->nodes_next == body->nodes_chunks)
             start_nodes(body);
+        for (int kind = 0; kind < RECORDING_MAPS && frames; kind++) {
+            SenderMap *map = &body->map[kind];
+            if (map->number < 0 || map->next < map->chunks)
+                continue;
+            map->next = 0;
+            map->chunks = chunks_of(map->map.count, ROWS_IN_MAP_CHUNK);
+            map->sequence++;
+        }
     }
 }
 
@@ -282,6 +340,60 @@ static void send_nodes_chunk(Sender *sender, SenderBody *body)
     count(sender, pliant_nodes_t_publish(sender->client->lcm, body->nodes_channel, &message));
 }
 
+// Elements of every second triangle: those of the squares, in place.
+static void send_elements_chunk(Sender *sender, SenderMap *map)
+{
+    int16_t tag[ROWS_IN_MAP_CHUNK];
+    uint8_t level[ROWS_IN_MAP_CHUNK];
+    const int chunk = map->next++, squares = map->map.count / 2;
+    const int first = chunk_begin(squares, chunk, map->chunks);
+    const int end = chunk_begin(squares, chunk + 1, map->chunks);
+    int levels = RECORDING_MAP_LEVELS;
+    while (levels > 1 && map->map.elements[levels - 1] == 0)
+        levels--;
+    for (int i = first; i < end; i++) {
+        memcpy(&tag[i - first], map->row + 2 * sizeof *tag * (size_t)i, sizeof *tag);
+        level[i - first] = levels_of(map)[2 * (size_t)i];
+    }
+    const pliant_elements_t message = {.utime = client_utime(),
+                                       .sequence = (int32_t)map->sequence,
+                                       .step = map->map.step,
+                                       .topology = map->map.topology,
+                                       .square_count = squares,
+                                       .chunk = chunk,
+                                       .chunk_count = map->chunks,
+                                       .first = first,
+                                       .num_levels = levels,
+                                       .num_squares = end - first,
+                                       .elements = map->map.elements,
+                                       .level = level,
+                                       .tag = tag};
+    count(sender, pliant_elements_t_publish(sender->client->lcm, map->channel, &message));
+}
+
+static void send_map_chunk(Sender *sender, SenderBody *body, RecordingMapKind kind)
+{
+    SenderMap *map = &body->map[kind];
+    if (kind == RECORDING_ELEMENTS) {
+        send_elements_chunk(sender, map);
+        return;
+    }
+    const int chunk = map->next++, nodes = map->map.count;
+    const int first = chunk_begin(nodes, chunk, map->chunks);
+    const int end = chunk_begin(nodes, chunk + 1, map->chunks);
+    const pliant_error_map_t message = {.utime = client_utime(),
+                                        .sequence = (int32_t)map->sequence,
+                                        .step = map->map.step,
+                                        .topology = map->map.topology,
+                                        .node_count = nodes,
+                                        .chunk = chunk,
+                                        .chunk_count = map->chunks,
+                                        .first = first,
+                                        .num_values = end - first,
+                                        .share = map->row + first};
+    count(sender, pliant_error_map_t_publish(sender->client->lcm, map->channel, &message));
+}
+
 void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns)
 {
     if (now_ns < sender->due_ns)
@@ -290,12 +402,17 @@ void sender_send(Sender *sender, int64_t now_ns, int64_t interval_ns)
         SenderBody *body = &sender->body[i];
         const bool mesh = body->mesh_next < body->mesh_chunks;
         const bool nodes = body->nodes_next < body->nodes_chunks;
-        if (!mesh && !nodes)
-            continue;
+        int kind = 0;
+        while (kind < RECORDING_MAPS && body->map[kind].next == body->map[kind].chunks)
+            kind++;
         if (mesh && !(nodes && body->repeats))
             send_mesh_chunk(sender, body);
-        else
+        else if (nodes)
             send_nodes_chunk(sender, body);
+        else if (kind < RECORDING_MAPS)
+            send_map_chunk(sender, body, kind);
+        else
+            continue;
         sender->due_ns = now_ns + interval_ns;
         return;
     }
@@ -307,6 +424,8 @@ int sender_waiting(const Sender *sender, bool with_repeats)
     for (int i = 0; i < sender->bodies; i++) {
         const SenderBody *body = &sender->body[i];
         chunks += body->nodes_chunks - body->nodes_next;
+        for (int kind = 0; kind < RECORDING_MAPS; kind++)
+            chunks += body->map[kind].chunks - body->map[kind].next;
         if (with_repeats || !body->repeats)
             chunks += body->mesh_chunks - body->mesh_next;
     }

@@ -8,6 +8,17 @@
 #include "colours.h"
 #include "timeline.h"
 
+// The newest map of a kind that is of the mesh shown.
+typedef struct SenderMap {
+    char channel[CLIENT_CHANNEL_MAX];
+    int part;       // of the timeline
+    int64_t number; // in the part; -1: none
+    RecordingMap map;
+    unsigned char *row; // [RECORDING_MAP_ROOM nodes and triangles]
+    int next, chunks;   // under way
+    uint32_t sequence;
+} SenderMap;
+
 typedef struct SenderBody {
     char nodes_channel[CLIENT_CHANNEL_MAX], mesh_channel[CLIENT_CHANNEL_MAX];
     char walls_channel[CLIENT_CHANNEL_MAX], look_channel[CLIENT_CHANNEL_MAX];
@@ -22,6 +33,7 @@ typedef struct SenderBody {
     MeshColumns column; // where it was not recorded: the ids themselves, level 0
     Colours colours;
     unsigned char *outside, *inside; // [3 nodes] of the mesh, if they vary
+    SenderMap map[RECORDING_MAPS];
     // chunks under way: those of the look and the mesh first; next == chunks: none
     int look_chunks, mesh_next, mesh_chunks, nodes_next, nodes_chunks;
     bool repeats; // the mesh under way came before: nodes need not wait for it

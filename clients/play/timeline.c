@@ -521,6 +521,27 @@ bool timeline_look(Timeline *timeline, const TimelineFrame *at, int body, int64_
                                  status);
 }
 
+int64_t timeline_find_map(const Timeline *timeline, const TimelineFrame *at, int body,
+                          RecordingMapKind kind, RecordingMap *map)
+{
+    const Part *part = &timeline->part[at->part];
+    const int index = part->body[body];
+    const double time = recording_reader_frame(part->reader, index, at->frame).time;
+    const int64_t found = recording_reader_find_map(part->reader, index, kind, time + SAME_S);
+    if (found < 0)
+        return -1;
+    *map = recording_reader_map(part->reader, index, kind, found);
+    map->topology = topology_number(timeline, at->part, map->topology);
+    return found;
+}
+
+bool timeline_map_rows(Timeline *timeline, const TimelineFrame *at, int body, RecordingMapKind kind,
+                       int64_t map, void *const column[], Status *status)
+{
+    const Part *part = &timeline->part[at->part];
+    return recording_reader_map_rows(part->reader, part->body[body], kind, map, column, status);
+}
+
 // --- tools and events ----------------------------------------------------------------------------
 
 int timeline_tools(const Timeline *timeline)

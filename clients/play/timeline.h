@@ -60,6 +60,13 @@ bool timeline_look(Timeline *timeline, const TimelineFrame *at, int body, int64_
                    int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
                    Status *status);
 
+// Finds the newest map of a body at or before the time of a frame, in the file that the frame is
+// in; its topology is numbered as that of the frame. -1: there is none.
+int64_t timeline_find_map(const Timeline *timeline, const TimelineFrame *at, int body,
+                          RecordingMapKind kind, RecordingMap *map);
+bool timeline_map_rows(Timeline *timeline, const TimelineFrame *at, int body, RecordingMapKind kind,
+                       int64_t map, void *const column[], Status *status);
+
 // The last frame of a body at or before a time.
 TimelineFrame timeline_find(const Timeline *timeline, int body, double time);
 // The nearest time after a time at which any body has a frame, or the one before the frame that is

@@ -72,6 +72,13 @@ static void take_pose(Intake *intake, const void *data, size_t size)
         gather_take_pose(&intake->tool[tool], &pose);
 }
 
+// Simulated time of a tick [s]: messages of events and maps have their step alone.
+static double time_of(const Intake *intake, int64_t step)
+{
+    const double rate = intake->survey.rate_hz;
+    return rate > 0.0 ? (double)step * (1.0 / rate) : 0.0;
+}
+
 static void push_event(Intake *intake, const RecordingEvent *event)
 {
     if (!queue_push(intake->queue, item_event(event), intake->options.when_full))
@@ -86,10 +93,7 @@ static void take_event(Intake *intake, const void *data, size_t size)
         intake->survey.refused++;
         return;
     }
-    // Events say their step; the time follows from the rate.
-    double rate = intake->survey.rate_hz;
-    RecordingEvent event = {.time = rate > 0.0 ? (double)message.step * (1.0 / rate) : 0.0,
-                            .step = message.step};
+    RecordingEvent event = {.time = time_of(intake, message.step), .step = message.step};
     snprintf(event.body, sizeof event.body, "%s", message.body);
     snprintf(event.kind, sizeof event.kind, "%s", message.kind);
     snprintf(event.text, sizeof event.text, "%s", message.text);
@@ -188,6 +192,8 @@ static void make_room(IntakeBody *body)
     if (body->mesh.triangle_count > body->triangle_capacity) {
         body->triangle_capacity = body->mesh.triangle_count;
         map->triangle = grow(map->triangle, body->triangle_capacity, sizeof *map->triangle);
+        map->live_triangle =
+            grow(map->live_triangle, body->triangle_capacity, sizeof *map->live_triangle);
     }
 }
 
@@ -255,6 +261,59 @@ static void take_look(Intake *intake, IntakeBody *body, const void *data, size_t
         push_look(intake, body);
 }
 
+// --- maps ----------------------------------------------------------------------------------------
+
+// Hands the newest map of a kind over once the mesh that it is of is in the file; a repeated one
+// never.
+static void push_map(Intake *intake, IntakeBody *body, RecordingMapKind kind)
+{
+    const bool elements = kind == RECORDING_ELEMENTS;
+    const FrameHead *head = elements ? &body->elements.head : &body->error_map.head;
+    const void *column[RECORDING_MAP_COLUMNS] = {elements ? (const void *)body->elements.tag
+                                                          : body->error_map.share,
+                                                 elements ? body->elements.level : NULL};
+    RecordingMap map = {.step = elements ? body->elements.step : body->error_map.step,
+                        .topology = head->topology,
+                        .count = head->count};
+    if (!intake->open || body->file_index < 0 || !head->whole || !body->mapped ||
+        body->told != map.topology || body->map.topology != map.topology ||
+        map.count != (elements ? body->triangle_slots / 2 : body->slots) ||
+        map.step <= body->map_step[kind])
+        return;
+    map.time = time_of(intake, map.step);
+    if (elements)
+        memcpy(map.elements, body->elements.at_level,
+               (size_t)body->elements.level_count * sizeof *map.elements);
+    const size_t slots = (size_t)body->slots + (size_t)body->triangle_slots;
+    body->map_room = realloc(body->map_room, RECORDING_MAP_ROOM * slots);
+    if (!body->map_room)
+        abort(); // bounded as the mesh is
+    recording_mesh_map(&body->map, kind, &map, column, body->map_room);
+    const size_t bytes = (size_t)map.count * (elements ? sizeof(int16_t) + 1 : 1);
+    if (queue_push(intake->queue, item_map(body->file_index, kind, &map, column, bytes),
+                   intake->options.when_full))
+        body->map_step[kind] = map.step;
+}
+
+static void push_maps(Intake *intake, IntakeBody *body)
+{
+    for (int kind = 0; kind < RECORDING_MAPS; kind++)
+        push_map(intake, body, kind);
+}
+
+static void take_map(Intake *intake, IntakeBody *body, RecordingMapKind kind, const void *data,
+                     size_t size)
+{
+    if (intake->options.survey_only)
+        return;
+    FrameHead *head = kind == RECORDING_ELEMENTS ? &body->elements.head : &body->error_map.head;
+    head->mesh_nodes = body->mesh.most_nodes;
+    if ((kind == RECORDING_ELEMENTS
+             ? elements_frame_add(&body->elements, data, size)
+             : error_map_frame_add(&body->error_map, data, size)) == FRAMES_WHOLE)
+        push_map(intake, body, kind);
+}
+
 // --- frames --------------------------------------------------------------------------------------
 
 static bool fits(const IntakeBody *body, const RecordingFrame *frame)
@@ -272,8 +331,10 @@ static void push_frame(Intake *intake, IntakeBody *body, const RecordingFrame *f
     // A topology precedes its first frame.
     if (body->told != body->map.topology) {
         ok = queue_push(queue, item_topology(body->file_index, &body->topology), when_full);
-        if (ok)
+        if (ok) {
             body->told = body->topology.number;
+            push_maps(intake, body);
+        }
     }
     // A frame without room is dropped and counted; others still fit.
     ok = ok && queue_push(queue, item_frame(body->file_index, frame, &body->map), when_full);
@@ -348,15 +409,18 @@ static void take_frame(Intake *intake, IntakeBody *body)
 static int64_t refused(const IntakeBody *body)
 {
     return body->nodes.head.refused + body->mesh.refused + body->mesh_refused +
-           body->look.head.refused;
+           body->look.head.refused + body->error_map.head.refused + body->elements.head.refused;
 }
 
 static void forget(IntakeBody *body)
 {
     waiting_drop(&body->waiting);
-    body->mesh_refused += body->mesh.refused + body->look.head.refused;
+    body->mesh_refused += body->mesh.refused + body->look.head.refused +
+                          body->error_map.head.refused + body->elements.head.refused;
     mesh_frame_destroy(&body->mesh);
     look_frame_destroy(&body->look);
+    error_map_frame_destroy(&body->error_map);
+    elements_frame_destroy(&body->elements);
     body->mapped = body->any = body->taken = false;
     body->told = 0;
     body->file_index = -1;
@@ -498,6 +562,16 @@ static void take_of_body(Intake *intake, const char *name, const void *data, siz
         take_look(intake, &intake->body[body], data, size);
         return;
     }
+    body = find_body(intake, behind_head(name, "ERROR_MAP_"));
+    if (body >= 0) {
+        take_map(intake, &intake->body[body], RECORDING_ERROR_MAP, data, size);
+        return;
+    }
+    body = find_body(intake, behind_head(name, "ELEMENTS_"));
+    if (body >= 0) {
+        take_map(intake, &intake->body[body], RECORDING_ELEMENTS, data, size);
+        return;
+    }
     body = find_body(intake, behind_head(name, "WALLS_"));
     if (body >= 0) {
         take_walls(&intake->survey.body[body], data, size);
@@ -583,7 +657,8 @@ static void push_begin(Intake *intake)
                             .nodes = kept_together(survey->body[i].nodes),
                             .triangles = kept_together(survey->body[i].triangles),
                             .first_wall = survey->body[i].first_wall,
-                            .coloured = true};
+                            .coloured = true,
+                            .has_map = {true, true}};
     }
     // All tools of the survey have one.
     for (int i = 0; i < ITEM_TOOLS; i++)
@@ -610,6 +685,7 @@ static void begin_body(Intake *intake, IntakeBody *body)
     body->refused_before = refused(body);
     body->colours.slots = 0;
     body->colours.begun = false;
+    body->map_step[RECORDING_ERROR_MAP] = body->map_step[RECORDING_ELEMENTS] = -1;
     push_look(intake, body);
     push_waiting_frames(intake, body);
 }
@@ -689,6 +765,8 @@ void intake_destroy(Intake *intake)
         free(body->map.parent);
         free(body->map.level);
         free(body->map.triangle);
+        free(body->map.live_triangle);
+        free(body->map_room);
         free(body->colours.known_id);
         free(body->colours.known);
         free(body->colours.id);

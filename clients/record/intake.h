@@ -31,7 +31,11 @@ typedef struct IntakeBody {
     bool taken;
     Waiting waiting; // for its mesh, or until the file begins
     LookFrame look;
-    RecordingColours colours; // that the file has
+    ErrorMapFrame error_map;
+    ElementsFrame elements;
+    int64_t map_step[RECORDING_MAPS]; // of the last ones in the file; -1: none
+    unsigned char *map_room;          // RECORDING_MAP_ROOM for each slot
+    RecordingColours colours;         // that the file has
     int colour_capacity;
     int64_t mesh_refused, refused_before; // invalid meshes; all of them before this file
     RecordingCounts counts;

@@ -39,25 +39,17 @@ static void on_message(const lcm_recv_buf_t *buffer, const char *channel, void *
 
 static bool subscribe_bodies(Live *live)
 {
+    static const char *const names[] = {"NODES", "POINTS",    "MESH",     "WALLS",
+                                        "LOOK",  "ERROR_MAP", "ELEMENTS", "MESH_DELTA"};
+    enum { NAMES = sizeof names / sizeof *names };
     const LiveOptions *options = live->options;
-    Client *client = &live->client;
-    if (options->body_count == 0) // the second pattern also matches deltas
-        return client_subscribe(client, "NODES", ".+", QUEUE_MESSAGES, on_message, live) &&
-               client_subscribe(client, "POINTS", ".+", QUEUE_MESSAGES, on_message, live) &&
-               client_subscribe(client, "MESH", ".+", QUEUE_MESSAGES, on_message, live) &&
-               client_subscribe(client, "WALLS", ".+", QUEUE_MESSAGES, on_message, live) &&
-               client_subscribe(client, "LOOK", ".+", QUEUE_MESSAGES, on_message, live);
     bool ok = true;
-    // The named ones alone.
-    for (int i = 0; i < options->body_count && ok; i++) {
-        const char *body = options->body[i];
-        ok = client_subscribe(client, "NODES", body, QUEUE_MESSAGES, on_message, live) &&
-             client_subscribe(client, "POINTS", body, QUEUE_MESSAGES, on_message, live) &&
-             client_subscribe(client, "MESH", body, QUEUE_MESSAGES, on_message, live) &&
-             client_subscribe(client, "WALLS", body, QUEUE_MESSAGES, on_message, live) &&
-             client_subscribe(client, "LOOK", body, QUEUE_MESSAGES, on_message, live) &&
-             client_subscribe(client, "MESH_DELTA", body, QUEUE_MESSAGES, on_message, live);
-    }
+    // All, of which MESH has the deltas already, or the named ones alone.
+    const bool all = options->body_count == 0;
+    for (int i = 0; i < (all ? 1 : options->body_count); i++)
+        for (int k = 0; k < NAMES - all && ok; k++)
+            ok = client_subscribe(&live->client, names[k], all ? ".+" : options->body[i],
+                                  QUEUE_MESSAGES, on_message, live) != NULL;
     return ok;
 }
 

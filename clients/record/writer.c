@@ -100,6 +100,20 @@ Item *item_look(int body, const RecordingLook *look)
     return item;
 }
 
+Item *item_map(int body, RecordingMapKind kind, const RecordingMap *map, const void *const column[],
+               size_t bytes)
+{
+    Item *item = create(ITEM_MAP, body, bytes);
+    char *at = behind(item);
+    const char *first = put(&at, column[0], bytes);
+    item->as.map.kind = kind;
+    item->as.map.map = *map;
+    for (int k = 0; k < RECORDING_MAP_COLUMNS; k++)
+        if (column[k] != NULL)
+            item->as.map.column[k] = first + ((const char *)column[k] - (const char *)column[0]);
+    return item;
+}
+
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh)
 {
     size_t live = (size_t)mesh->live_count;
@@ -395,6 +409,10 @@ static void add(Writer *writer, const Item *item)
         break;
     case ITEM_LOOK:
         recording_add_look(recording, item->index, &item->as.look);
+        break;
+    case ITEM_MAP:
+        recording_add_map(recording, item->index, item->as.map.kind, &item->as.map.map,
+                          item->as.map.column);
         break;
     case ITEM_FRAME:
         add_frame(writer, item);

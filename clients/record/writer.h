@@ -22,6 +22,7 @@ typedef enum ItemKind {
     ITEM_BEGIN, // a file
     ITEM_TOPOLOGY,
     ITEM_LOOK,
+    ITEM_MAP,
     ITEM_FRAME,
     ITEM_TOOL,
     ITEM_EVENT,
@@ -42,6 +43,11 @@ typedef struct Item {
         } begin;
         RecordingTopology topology;
         RecordingLook look;
+        struct {
+            RecordingMapKind kind;
+            RecordingMap map;
+            const void *column[RECORDING_MAP_COLUMNS];
+        } map;
         RecordingFrame frame;
         struct {
             double time; // [s]
@@ -60,6 +66,9 @@ typedef struct Item {
 Item *item_begin(const char *path, const RecordingOptions *options);
 Item *item_topology(int body, const RecordingTopology *topology);
 Item *item_look(int body, const RecordingLook *look);
+// `column`: behind each other, `bytes` in all.
+Item *item_map(int body, RecordingMapKind kind, const RecordingMap *map, const void *const column[],
+               size_t bytes);
 // Makes a frame from the positions of all slots; the item has those of live nodes.
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);

@@ -33,10 +33,12 @@ RecordingTopology recording_mesh_take(RecordingMesh *to, const RecordingSlots *s
         const int *corner = slots->triangle[t];
         if (corner[0] == corner[1])
             continue;
+        to->live_triangle[triangles] = t;
         for (int k = 0; k < 3; k++)
             to->triangle[triangles][k] = to->row[corner[k]];
         triangles++;
     }
+    to->live_triangles = triangles;
     return (RecordingTopology){.number = slots->topology,
                                .node_count = to->live_count,
                                .triangle_count = triangles,
@@ -50,6 +52,30 @@ void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, flo
 {
     for (int i = 0; i < mesh->live_count; i++)
         memcpy(to + 3 * (size_t)i, slots + 3 * (size_t)mesh->live[i], 3 * sizeof *to);
+}
+
+const RecordingMapForm recording_map_form[RECORDING_MAPS] = {
+    [RECORDING_ERROR_MAP] = {"error_map", 1, {"share"}, {1}, false},
+    [RECORDING_ELEMENTS] = {"elements", 2, {"tag", "level"}, {sizeof(int16_t), 1}, true}};
+
+void recording_mesh_map(const RecordingMesh *mesh, RecordingMapKind kind, RecordingMap *map,
+                        const void *column[RECORDING_MAP_COLUMNS], unsigned char *to)
+{
+    const RecordingMapForm *form = &recording_map_form[kind];
+    const int per_row = form->of_triangles ? 2 : 1; // both triangles of a square have its row
+    const int *live = form->of_triangles ? mesh->live_triangle : mesh->live;
+    map->count = live == NULL         ? per_row * map->count
+                 : form->of_triangles ? mesh->live_triangles
+                                      : mesh->live_count;
+    for (int k = 0; k < form->columns; k++) {
+        const size_t size = form->bytes[k];
+        for (int i = 0; i < map->count; i++) {
+            const int row = (live != NULL ? live[i] : i) / per_row;
+            memcpy(to + size * (size_t)i, (const char *)column[k] + size * (size_t)row, size);
+        }
+        column[k] = to;
+        to += size * (size_t)map->count;
+    }
 }
 
 // Adds a row.
@@ -143,7 +169,7 @@ static bool create_file(Recording *recording)
 // Names and shapes of the data sets of a body and of a tool.
 typedef struct TableForm {
     const char *name;
-    enum { REAL, SINGLE, LONG, INTEGER, BYTE, COLOUR } type;
+    enum { REAL, SINGLE, LONG, INTEGER, SHORT, BYTE, COLOUR, MAP } type;
     int columns, chunk; // chunk 0: the body's nodes, -1: its triangles
     const char *unit;
 } TableForm;
@@ -170,7 +196,16 @@ static const TableForm body_form[BODY_TABLES] = {
                                    (width) > 1 ? (width) : 0, 0, UNIT_##recorded}, )
     MESH_COLUMNS(NODE_FORM)[LOOK_TOPOLOGY] = {"look/topology", INTEGER, 0, LOOK_ROWS, "1"},
     [LOOK_ID] = {"look/id", INTEGER, 0, LOOK_ROWS, "node_id, -1: others"},
-    [LOOK_COLOUR] = {"look/colour", COLOUR, RECORDING_COLOURS, LOOK_ROWS, "sRGB, 1/255"}};
+    [LOOK_COLOUR] = {"look/colour", COLOUR, RECORDING_COLOURS, LOOK_ROWS, "sRGB, 1/255"},
+    [ERROR_MAP] = {"error_map/map", MAP, 0, EVENT_ROWS, "time s, step ticks, rows of share"},
+    [ERROR_SHARE] = {"error_map/share", COLOUR, 0, 0, "1/255 of the largest"},
+    [ELEMENTS] = {"elements/map", MAP, 0, EVENT_ROWS, "time s, step ticks, rows of level and tag"},
+    [ELEMENTS_TAG] = {"elements/tag", SHORT, 0, -1, "1"},
+    [ELEMENTS_LEVEL] = {"elements/level", COLOUR, 0, -1, "elements are 2^level cells wide"}};
+
+// Of each kind of map; its columns follow.
+static const BodyTable map_head[RECORDING_MAPS] = {
+    [RECORDING_ERROR_MAP] = ERROR_MAP, [RECORDING_ELEMENTS] = ELEMENTS};
 
 static const TableForm tool_form[TOOL_TABLES] = {
     [TOOL_TIME] = {"time", REAL, 0, FRAME_ROWS, "s"},
@@ -184,10 +219,10 @@ static bool create_table(Recording *recording, const char *group, const TableFor
 {
     const hid_t type[] = {
         [REAL] = H5T_NATIVE_DOUBLE,   [SINGLE] = H5T_NATIVE_FLOAT, [LONG] = H5T_NATIVE_INT64,
-        [INTEGER] = H5T_NATIVE_INT32, [BYTE] = H5T_NATIVE_INT8,    [COLOUR] = H5T_NATIVE_UINT8};
+        [INTEGER] = H5T_NATIVE_INT32, [SHORT] = H5T_NATIVE_INT16,  [BYTE] = H5T_NATIVE_INT8,
+        [COLOUR] = H5T_NATIVE_UINT8,  [MAP] = recording->map_type};
     char name[NAME_TEXT];
     snprintf(name, sizeof name, "%s/%s", group, form->name);
-    recording->table_count++;
     return hdf_table_create(&recording->file, name, type[form->type], form->columns, (hsize_t)chunk,
                             form->unit, table);
 }
@@ -200,6 +235,17 @@ static bool create_table(Recording *recording, const char *group, const TableFor
 const RecordingCountForm recording_count_form[RECORDING_COUNTS] = {
     COUNT_FORM(lost), COUNT_FORM(dropped), COUNT_FORM(without_mesh), COUNT_FORM(refused)};
 
+// True if the body has this data set.
+static bool has_table(const RecordingBody *body, int table)
+{
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        const int head = (int)map_head[kind];
+        if (table >= head && table <= head + recording_map_form[kind].columns)
+            return body->has_map[kind];
+    }
+    return body->coloured || table < LOOK_TOPOLOGY;
+}
+
 static bool create_body(Recording *recording, int index, const RecordingBody *described)
 {
     RecordedBody *body = &recording->body[index];
@@ -207,8 +253,10 @@ static bool create_body(Recording *recording, int index, const RecordingBody *de
     char group[64];
     snprintf(group, sizeof group, "/bodies/%s", body->name);
     // Flat data are stored in pieces of a whole frame or mesh.
-    for (int t = 0; t < (described->coloured ? BODY_TABLES : LOOK_TOPOLOGY); t++) {
+    for (int t = 0; t < BODY_TABLES; t++) {
         int chunk = body_form[t].chunk;
+        if (!has_table(described, t))
+            continue;
         chunk = chunk == 0 ? described->nodes : chunk < 0 ? described->triangles : chunk;
         if (!create_table(recording, group, &body_form[t], chunk, &body->table[t]))
             return false;
@@ -271,11 +319,23 @@ hid_t recording_ledger_type(void)
     return type;
 }
 
+hid_t recording_map_type(void)
+{
+    hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(RecordingMap));
+    const hsize_t levels = RECORDING_MAP_LEVELS;
+    hid_t numbers = H5Tarray_create2(H5T_NATIVE_INT32, 1, &levels);
+    H5Tinsert(type, "time", offsetof(RecordingMap, time), H5T_NATIVE_DOUBLE);
+    H5Tinsert(type, "step", offsetof(RecordingMap, step), H5T_NATIVE_INT64);
+    H5Tinsert(type, "first", offsetof(RecordingMap, first), H5T_NATIVE_INT64);
+    H5Tinsert(type, "topology", offsetof(RecordingMap, topology), H5T_NATIVE_INT32);
+    H5Tinsert(type, "count", offsetof(RecordingMap, count), H5T_NATIVE_INT32);
+    H5Tinsert(type, "elements", offsetof(RecordingMap, elements), numbers);
+    H5Tclose(numbers);
+    return type;
+}
+
 static bool create_events(Recording *recording)
 {
-    recording->event_type = recording_event_type();
-    recording->ledger_type = recording_ledger_type();
-    recording->table_count += 3;
     return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
                             "time s, step ticks", &recording->event) &&
            hdf_table_create(&recording->file, "/ledger", recording->ledger_type, 0, EVENT_ROWS,
@@ -315,6 +375,9 @@ static bool create_all(Recording *recording, const RecordingOptions *options)
     // Everything exists before readers are let in.
     if (!create_file(recording) || !reserve(recording, text) || !write_head(recording, options))
         return false;
+    recording->event_type = recording_event_type();
+    recording->ledger_type = recording_ledger_type();
+    recording->map_type = recording_map_type();
     for (int i = 0; i < options->body_count; i++)
         if (!create_body(recording, i, &options->body[i]))
             return false;
@@ -342,6 +405,7 @@ static bool begin(Recording *recording, const HdfTable *table, int rows)
 
 static bool append(Recording *recording, HdfTable *table, int rows, const void *data)
 {
+    recording->table_count += rows > 0 && table->count == 0;
     recording->broken = !hdf_table_append(&recording->file, table, (hsize_t)rows, data);
     return !recording->broken;
 }
@@ -412,6 +476,22 @@ bool recording_add_look(Recording *recording, int index, const RecordingLook *lo
                     append(recording, &table[LOOK_ID], look->count, look->id);
     free(topology);
     return ok;
+}
+
+bool recording_add_map(Recording *recording, int index, RecordingMapKind kind,
+                       const RecordingMap *map, const void *const column[])
+{
+    ASSERT(index >= 0 && index < recording->body_count);
+    const RecordingMapForm *form = &recording_map_form[kind];
+    HdfTable *head = &recording->body[index].table[map_head[kind]];
+    RecordingMap row = *map;
+    ASSERT(head->set > 0);
+    row.first = (int64_t)head[1].count;
+    // The head comes last; no column has wider rows than the first one.
+    bool ok = begin(recording, head + 1, form->columns * map->count);
+    for (int k = 0; k < form->columns && ok; k++)
+        ok = append(recording, head + 1 + k, map->count, column[k]);
+    return ok && append(recording, head, 1, &row);
 }
 
 // True if the newest rows of the file will do for the frame. They are compared themselves, so
@@ -566,10 +646,10 @@ static void close_file(Recording *recording)
     hdf_table_close(&recording->event);
     hdf_table_close(&recording->ledger);
     hdf_table_close(&recording->errors);
-    if (recording->event_type >= 0)
-        H5Tclose(recording->event_type);
-    if (recording->ledger_type >= 0)
-        H5Tclose(recording->ledger_type);
+    const hid_t type[] = {recording->event_type, recording->ledger_type, recording->map_type};
+    for (size_t i = 0; i < sizeof type / sizeof *type; i++)
+        if (type[i] >= 0)
+            H5Tclose(type[i]);
     hdf_close(&recording->file);
 }
 
@@ -625,7 +705,7 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
     recording->tool = calloc((size_t)options->tool_count + 1, sizeof *recording->tool);
     ASSERT(recording->path != NULL && recording->body != NULL && recording->tool != NULL);
     recording->file = (HdfFile){.id = -1, .path = recording->path, .status = &recording->status};
-    recording->event_type = recording->ledger_type = -1;
+    recording->event_type = recording->ledger_type = recording->map_type = -1;
     // Data sets, a first flush and a sidecar: from now on there is a valid file.
     if (create_all(recording, options) && flush_file(recording) && write_sidecar(recording))
         return recording;
@@ -680,6 +760,13 @@ bool recording_add_topology(Recording *recording, int body, const RecordingTopol
 bool recording_add_look(Recording *recording, int body, const RecordingLook *look)
 {
     (void)recording, (void)body, (void)look;
+    return false;
+}
+
+bool recording_add_map(Recording *recording, int body, RecordingMapKind kind,
+                       const RecordingMap *map, const void *const column[])
+{
+    (void)recording, (void)body, (void)kind, (void)map, (void)column;
     return false;
 }
 

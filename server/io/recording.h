@@ -16,11 +16,28 @@
 enum { RECORDING_BODY_TEXT = 32, RECORDING_KIND_TEXT = 16, RECORDING_EVENT_TEXT = 192 };
 enum { RECORDING_LEDGER_NAME = 64, RECORDING_LEDGER_VALUES = 6 };
 
+// Numbers at a body's mesh as of one step: the error around each node (lcmtypes/error_map_t.lcm),
+// or the element at each triangle (lcmtypes/elements_t.lcm; both of a square have its element).
+typedef enum RecordingMapKind {
+    RECORDING_ERROR_MAP, // columns: share, uint8_t
+    RECORDING_ELEMENTS,  // tag, int16_t, and level, uint8_t
+    RECORDING_MAPS,
+} RecordingMapKind;
+enum { RECORDING_MAP_LEVELS = 8, RECORDING_MAP_COLUMNS = 2 };
+
+typedef struct RecordingMap {
+    double time;                            // simulated [s]
+    int64_t step, first;                    // first: row of its columns in the file
+    int32_t topology, count;                // rows: nodes or triangles of that mesh
+    int32_t elements[RECORDING_MAP_LEVELS]; // of the body: how many are 1, 2, 4, ... cells wide
+} RecordingMap;
+
 typedef struct RecordingBody {
     const char *name;     // unique
     int nodes, triangles; // in its first topology: chunk size of HDF5
     int first_wall; // triangles of a mesh from this one on are walls of cuts; 0: none, or unknown
     bool coloured;  // recording_add_look may follow
+    bool has_map[RECORDING_MAPS]; // recording_add_map may follow
 } RecordingBody;
 
 typedef struct RecordingOptions {
@@ -143,6 +160,10 @@ Recording *recording_create(const char *path, const RecordingOptions *options, S
 bool recording_add_topology(Recording *recording, int body, const RecordingTopology *topology);
 // Of a body that is `coloured`.
 bool recording_add_look(Recording *recording, int body, const RecordingLook *look);
+// Of a body that has maps of the kind; the map's topology must have been added, times must not
+// fall. `column`: as many as the kind has, of `count` rows; `first` is ignored.
+bool recording_add_map(Recording *recording, int body, RecordingMapKind kind,
+                       const RecordingMap *map, const void *const column[]);
 // The frame's topology must have been added. A body that stands still is stored once: its frames
 // have the same `first`.
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
@@ -179,8 +200,9 @@ typedef struct RecordingBodyInfo {
     int64_t first_step, last_step;
     double first_time, last_time; // [s]
     int64_t topologies;
-    int least_nodes, most_nodes; // of a frame
-    RecordingCounts counts;      // of a file that was ended
+    int least_nodes, most_nodes;  // of a frame
+    int64_t maps[RECORDING_MAPS]; // complete ones; older files have none
+    RecordingCounts counts;       // of a file that was ended
 } RecordingBodyInfo;
 
 typedef struct RecordingToolInfo {
@@ -228,9 +250,10 @@ typedef struct RecordingSlots {
 // A body's newest mesh. The caller owns the arrays.
 typedef struct RecordingMesh {
     int topology; // written last
-    int live_count;
-    int *live; // [node_capacity] slots
-    int *row;  // [node_capacity] row in the file by slot; live slots only
+    int live_count, live_triangles;
+    int *live;          // [node_capacity] slots; NULL: all are live
+    int *live_triangle; // [triangle_capacity] slots
+    int *row;           // [node_capacity] row in the file by slot; live slots only
     // Columns that are recorded, of live nodes and triangles, whose corners are rows.
 #define RECORDING_ROWS(name, type, width, of, empty, sent, recorded)                               \
     MESH_IF_RECORDED(recorded, MESH_ROWS_##width(type, name);)
@@ -261,5 +284,11 @@ RecordingLook recording_colours_take(RecordingColours *to, int topology,
 
 // Copies the positions of live nodes out of those of all slots; `to`: [3 live_count].
 void recording_mesh_positions(const RecordingMesh *mesh, const float *slots, float *to);
+
+// Turns columns of all nodes or squares, `map->count`, into those of the live nodes or triangles;
+// they point into `to`, of RECORDING_MAP_ROOM bytes for each slot of a node or triangle.
+enum { RECORDING_MAP_ROOM = 4 };
+void recording_mesh_map(const RecordingMesh *mesh, RecordingMapKind kind, RecordingMap *map,
+                        const void *column[RECORDING_MAP_COLUMNS], unsigned char *to);
 
 #endif

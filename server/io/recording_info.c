@@ -290,6 +290,56 @@ static bool read_frames(const HdfFile *file, const char *group, RecordingIndex *
     return ok;
 }
 
+// --- maps ----------------------------------------------------------------------------------------
+
+// Indexes the complete maps of a kind: their mesh is there and has as many nodes or triangles, and
+// their times do not fall. Others are left out, as frames are.
+static void index_maps(const RecordingMapForm *form, int64_t heads, int64_t rows,
+                       const RecordingIndex *index, RecordingMap *map, int64_t *count)
+{
+    int at = 0;
+    for (int64_t i = 0; i < heads; i++) {
+        const int found =
+            find_topology(index->topology, index->topology_count, map[i].topology, at);
+        if (found < 0 || !is_whole(map[i].first, map[i].count, rows) || !isfinite(map[i].time) ||
+            (*count > 0 && map[i].time < map[*count - 1].time))
+            continue;
+        at = found;
+        const TopologyRows *of = &index->topology[found];
+        if (map[i].count == (form->of_triangles ? of->triangle_count : of->node_count))
+            map[(*count)++] = map[i];
+    }
+}
+
+static bool read_maps(const HdfFile *file, const char *group, RecordingMapKind kind,
+                      RecordingIndex *index)
+{
+    const RecordingMapForm *form = &recording_map_form[kind];
+    char name[NAME_TEXT];
+    snprintf(name, sizeof name, "%s/%s/map", group, form->group);
+    if (!hdf_exists(file, name))
+        return true;
+    int64_t heads = count_rows(file, name, H5T_COMPOUND, 0), rows = INT64_MAX;
+    for (int k = 0; k < form->columns && rows >= 0; k++) {
+        snprintf(name, sizeof name, "%s/%s/%s", group, form->group, form->column[k]);
+        const int64_t some = count_rows(file, name, H5T_INTEGER, 0);
+        rows = some < rows ? some : rows;
+    }
+    if (heads <= 0 || rows < 0)
+        return heads == 0 && rows >= 0;
+    heads = heads < RECORDING_MAPS_MOST ? heads : RECORDING_MAPS_MOST;
+    index->map[kind] = allocate((int)heads, sizeof *index->map[kind]);
+    snprintf(name, sizeof name, "%s/%s/map", group, form->group);
+    hid_t type = recording_map_type();
+    const bool ok = recording_read_rows(file, name, type, 0, 0, (int)heads, index->map[kind]);
+    H5Tclose(type);
+    if (ok)
+        index_maps(form, heads, rows, index, index->map[kind], &index->map_count[kind]);
+    return ok;
+}
+
+// --- bodies --------------------------------------------------------------------------------------
+
 // Reads an attribute that older recordings may lack.
 static bool read_attribute(const HdfFile *file, const char *object, const char *name,
                            int64_t *value)
@@ -351,6 +401,10 @@ static bool read_body(const HdfFile *file, RecordingBodyInfo *info, RecordingInd
               read_counts(file, group, &info->counts) &&
               read_attribute(file, group, "first_wall", &index->first_wall);
     info->topologies = index->topology_count;
+    for (int kind = 0; kind < RECORDING_MAPS && ok; kind++) {
+        ok = read_maps(file, group, kind, index);
+        info->maps[kind] = index->map_count[kind];
+    }
     return ok;
 }
 
@@ -479,6 +533,8 @@ void recording_index_free(RecordingIndex *index)
 {
     free(index->topology);
     free(index->frame);
+    for (int kind = 0; kind < RECORDING_MAPS; kind++)
+        free(index->map[kind]);
     *index = (RecordingIndex){0};
 }
 
@@ -609,6 +665,10 @@ static void print_body(const RecordingBodyInfo *body, bool ended, FILE *out)
                 (long long)body->first_step, (long long)body->last_step, body->least_nodes,
                 body->most_nodes);
     fprintf(out, ", topologies: %lld\n", (long long)body->topologies);
+    if (body->maps[RECORDING_ERROR_MAP] > 0 || body->maps[RECORDING_ELEMENTS] > 0)
+        fprintf(out, "  maps of its error: %lld, of its elements: %lld\n",
+                (long long)body->maps[RECORDING_ERROR_MAP],
+                (long long)body->maps[RECORDING_ELEMENTS]);
     // what was left half written,
     if (body->broken > 0)
         fprintf(out, "  frames of which not all is there: %lld\n", (long long)body->broken);

@@ -26,6 +26,16 @@ bool disk_space_reserve(DiskSpace *space, int64_t end);
 // Releases the space after the file's end.
 void disk_space_release(DiskSpace *space);
 
+// The data sets of each kind of map in its group: "map" with the heads, and these columns.
+typedef struct RecordingMapForm {
+    const char *group;
+    int columns;
+    const char *column[RECORDING_MAP_COLUMNS];
+    size_t bytes[RECORDING_MAP_COLUMNS]; // of a row of each
+    bool of_triangles;
+} RecordingMapForm;
+extern const RecordingMapForm recording_map_form[RECORDING_MAPS];
+
 #ifdef PLIANT_WITH_HDF5
 
 // The data sets of a body: columns of its frames and topologies, and the flat arrays that `first`
@@ -49,6 +59,11 @@ typedef enum BodyTable {
     MESH_COLUMNS(RECORDING_NODE_TABLE) LOOK_TOPOLOGY, // of bodies with colours: these and the next
     LOOK_ID,
     LOOK_COLOUR,
+    ERROR_MAP, // maps: their heads, and behind each its columns
+    ERROR_SHARE,
+    ELEMENTS,
+    ELEMENTS_TAG,
+    ELEMENTS_LEVEL,
     BODY_TABLES,
 } BodyTable;
 
@@ -100,11 +115,11 @@ struct Recording {
     Status sidecar;  // of its newest writing
     double still;    // [m]
     int body_count, tool_count;
-    int table_count; // data sets that grow
+    int table_count; // data sets that have rows
     RecordedBody *body;
     RecordedTool *tool;
     HdfTable event, ledger, errors;
-    hid_t event_type, ledger_type;
+    hid_t event_type, ledger_type, map_type;
     int64_t flushed_ns;
     int64_t frames, frames_in_sidecar; // of all bodies
 };
@@ -119,12 +134,16 @@ bool recording_write_xdmf(const Recording *recording, Status *status);
 
 // Returns the type of a RecordingEvent; the caller closes it.
 hid_t recording_event_type(void);
-// The same of a RecordingLedger.
+// The same of a RecordingLedger, and of a RecordingMap.
 hid_t recording_ledger_type(void);
+hid_t recording_map_type(void);
 
 // --- reading, in the child that may crash --------------------------------------------------------
 
-enum { RECORDING_FRAMES_MOST = 1 << 23 }; // of a body: 38 hours at 60 Hz
+enum {
+    RECORDING_FRAMES_MOST = 1 << 23, // of a body: 38 hours at 60 Hz
+    RECORDING_MAPS_MOST = 1 << 18,   // of a body and kind: 7 hours at 10 Hz
+};
 
 // Rows of a complete frame.
 typedef struct FrameRow {
@@ -140,6 +159,8 @@ typedef struct RecordingIndex {
     int topology_count;
     FrameRow *frame; // [frame_count], times rise; others are not indexed
     int64_t frame_count, frame_capacity;
+    RecordingMap *map[RECORDING_MAPS]; // [map_count] each, times do not fall
+    int64_t map_count[RECORDING_MAPS];
     int64_t nodes_told; // rows of node_origin, node_parent and node_level, which older files lack
     int64_t look_rows;  // of colours; 0: none
     int64_t first_wall; // slot of the first triangle on a wall of cuts; 0: none, or not known

@@ -37,6 +37,9 @@ typedef enum RowSet {
     MESH_COLUMNS(NODE_SET) ROWS_LOOK_TOPOLOGY,
     ROWS_LOOK_ID,
     ROWS_LOOK_COLOUR,
+    ROWS_ERROR_SHARE,
+    ROWS_ELEMENTS_TAG,
+    ROWS_ELEMENTS_LEVEL,
     ROWS_TOOL_TIME,
     ROWS_TOOL_POSITION,
     ROWS_TOOL_ORIENTATION,
@@ -64,6 +67,9 @@ static const RowForm row_form[ROW_SETS] = {
     MESH_COLUMNS(NODE_ROW_FORM)[ROWS_LOOK_TOPOLOGY] = {"/bodies", "/look/topology", 0, sizeof(int)},
     [ROWS_LOOK_ID] = {"/bodies", "/look/id", 0, sizeof(int)},
     [ROWS_LOOK_COLOUR] = {"/bodies", "/look/colour", RECORDING_COLOURS, RECORDING_COLOURS},
+    [ROWS_ERROR_SHARE] = {"/bodies", "/error_map/share", 0, 1},
+    [ROWS_ELEMENTS_LEVEL] = {"/bodies", "/elements/level", 0, 1},
+    [ROWS_ELEMENTS_TAG] = {"/bodies", "/elements/tag", 0, sizeof(int16_t)},
     [ROWS_TOOL_TIME] = {"/tools", "/time", 0, sizeof(double)},
     [ROWS_TOOL_POSITION] = {"/tools", "/position", 3, 3 * sizeof(double)},
     [ROWS_TOOL_ORIENTATION] = {"/tools", "/orientation", 4, 4 * sizeof(double)},
@@ -92,6 +98,9 @@ static bool read_request(const HdfFile *file, const Request *request, hid_t even
                                   MESH_COLUMNS(NODE_TYPE)[ROWS_LOOK_TOPOLOGY] = H5T_NATIVE_INT,
                                   [ROWS_LOOK_ID] = H5T_NATIVE_INT,
                                   [ROWS_LOOK_COLOUR] = H5T_NATIVE_UINT8,
+                                  [ROWS_ERROR_SHARE] = H5T_NATIVE_UINT8,
+                                  [ROWS_ELEMENTS_LEVEL] = H5T_NATIVE_UINT8,
+                                  [ROWS_ELEMENTS_TAG] = H5T_NATIVE_INT16,
                                   [ROWS_TOOL_TIME] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_POSITION] = H5T_NATIVE_DOUBLE,
                                   [ROWS_TOOL_ORIENTATION] = H5T_NATIVE_DOUBLE,
@@ -165,15 +174,20 @@ typedef struct Findings {
 
 static bool send_index(int fd, const RecordingIndex *index)
 {
-    const RecordingIndex plain = {.topology_count = index->topology_count,
-                                  .frame_count = index->frame_count,
-                                  .nodes_told = index->nodes_told,
-                                  .look_rows = index->look_rows,
-                                  .first_wall = index->first_wall};
-    return hdf_child_send(fd, &plain, sizeof plain) &&
-           hdf_child_send(fd, index->topology,
-                          (size_t)index->topology_count * sizeof *index->topology) &&
-           hdf_child_send(fd, index->frame, (size_t)index->frame_count * sizeof *index->frame);
+    RecordingIndex plain = {.topology_count = index->topology_count,
+                            .frame_count = index->frame_count,
+                            .nodes_told = index->nodes_told,
+                            .look_rows = index->look_rows,
+                            .first_wall = index->first_wall};
+    memcpy(plain.map_count, index->map_count, sizeof plain.map_count);
+    bool ok = hdf_child_send(fd, &plain, sizeof plain) &&
+              hdf_child_send(fd, index->topology,
+                             (size_t)index->topology_count * sizeof *index->topology) &&
+              hdf_child_send(fd, index->frame, (size_t)index->frame_count * sizeof *index->frame);
+    for (int kind = 0; kind < RECORDING_MAPS && ok; kind++)
+        ok = hdf_child_send(fd, index->map[kind],
+                            (size_t)index->map_count[kind] * sizeof *index->map[kind]);
+    return ok;
 }
 
 static void serve(int fd, void *path)
@@ -233,6 +247,33 @@ static bool check_index(const RecordingReader *reader, int body, Status *status)
             return damaged(reader, status, "a frame is not what its index says");
         before = frame->time;
     }
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        before = -HUGE_VAL;
+        for (int64_t i = 0; i < index->map_count[kind]; i++) {
+            const RecordingMap *map = &index->map[kind][i];
+            if (map->first < 0 || map->count < 0 || map->count > RECORDING_TRIANGLES_MOST ||
+                !isfinite(map->time) || map->time < before)
+                return damaged(reader, status, "a map is not what its index says");
+            before = map->time;
+        }
+    }
+    return true;
+}
+
+// Receives the heads of a body's maps.
+static bool receive_maps(RecordingReader *reader, RecordingIndex *index, const int64_t *count,
+                         Status *status)
+{
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        if (count[kind] < 0 || count[kind] > RECORDING_MAPS_MOST)
+            return damaged(reader, status, "its index has no sense");
+        index->map[kind] = calloc((size_t)count[kind] + 1, sizeof *index->map[kind]);
+        ASSERT(index->map[kind] != NULL);
+        if (!hdf_child_receive(reader->child->fd, index->map[kind],
+                               (size_t)count[kind] * sizeof *index->map[kind]))
+            return hdf_child_failed(reader->child, reader->path, status);
+        index->map_count[kind] = count[kind];
+    }
     return true;
 }
 
@@ -259,7 +300,8 @@ static bool receive_index(RecordingReader *reader, int body, Status *status)
                            (size_t)plain.topology_count * sizeof *index->topology) ||
         !hdf_child_receive(fd, index->frame, (size_t)plain.frame_count * sizeof *index->frame))
         return hdf_child_failed(reader->child, reader->path, status);
-    return check_index(reader, body, status);
+    return receive_maps(reader, index, plain.map_count, status) &&
+           check_index(reader, body, status);
 }
 
 // --- rows ----------------------------------------------------------------------------------------
@@ -527,6 +569,45 @@ bool recording_reader_nodes(RecordingReader *reader, int body, int64_t frame, co
         MESH_COLUMNS(ASK_NODES)
     }
     return ok;
+}
+
+int64_t recording_reader_maps(const RecordingReader *reader, int body, RecordingMapKind kind)
+{
+    return index_of(reader, body)->map_count[kind];
+}
+
+int64_t recording_reader_find_map(const RecordingReader *reader, int body, RecordingMapKind kind,
+                                  double time)
+{
+    const RecordingIndex *index = index_of(reader, body);
+    int64_t below = -1, above = index->map_count[kind];
+    while (above - below > 1) {
+        const int64_t middle = below + (above - below) / 2;
+        if (index->map[kind][middle].time <= time)
+            below = middle;
+        else
+            above = middle;
+    }
+    return below;
+}
+
+RecordingMap recording_reader_map(const RecordingReader *reader, int body, RecordingMapKind kind,
+                                  int64_t map)
+{
+    ASSERT(map >= 0 && map < recording_reader_maps(reader, body, kind));
+    return reader->body[body].map[kind][map];
+}
+
+bool recording_reader_map_rows(RecordingReader *reader, int body, RecordingMapKind kind,
+                               int64_t number, void *const column[], Status *status)
+{
+    static const RowSet first_set[RECORDING_MAPS] = {ROWS_ERROR_SHARE, ROWS_ELEMENTS_TAG};
+    const RecordingMap map = recording_reader_map(reader, body, kind, number);
+    for (int k = 0; k < recording_map_form[kind].columns && map.count > 0; k++)
+        if (!ask(reader, first_set[kind] + (RowSet)k, reader->info.body[body].name, map.first,
+                 map.count, column[k], status))
+            return false;
+    return true;
 }
 
 int64_t recording_reader_look_rows(const RecordingReader *reader, int body)

@@ -19,7 +19,7 @@ enum {
 
 // Opens a recording as it is now: ended, being written, or left by a writer that was killed; rows
 // that are added later are not seen. Keeps 32 bytes of each frame and 8 of each row of a tool in
-// memory, nothing else. Returns NULL with `status` (STATUS_INVALID).
+// memory, and its maps' heads. Returns NULL with `status` (STATUS_INVALID).
 RecordingReader *recording_reader_open(const char *path, Status *status);
 // Accepts NULL.
 void recording_reader_close(RecordingReader *reader);
@@ -73,6 +73,17 @@ int64_t recording_reader_look_rows(const RecordingReader *reader, int body);
 bool recording_reader_look(RecordingReader *reader, int body, int64_t first, int rows,
                            int *topology, int *id, unsigned char (*colour)[RECORDING_COLOURS],
                            Status *status);
+
+// Maps of a body, in the order of their times; 0: it has none of the kind.
+int64_t recording_reader_maps(const RecordingReader *reader, int body, RecordingMapKind kind);
+// Returns the last one at or before a time [s]; -1: none.
+int64_t recording_reader_find_map(const RecordingReader *reader, int body, RecordingMapKind kind,
+                                  double time);
+RecordingMap recording_reader_map(const RecordingReader *reader, int body, RecordingMapKind kind,
+                                  int64_t map);
+// Reads its columns, `count` rows each. Levels and tags may be any number.
+bool recording_reader_map_rows(RecordingReader *reader, int body, RecordingMapKind kind,
+                               int64_t map, void *const column[], Status *status);
 
 // --- tools and events ----------------------------------------------------------------------------
 

@@ -48,7 +48,10 @@ static void write_rows(const Recording *recording, const RecordedBody *body, con
     // The HDF5 file is named without its folder, so that both can be moved.
     const char *folder_end = strrchr(recording->path, '/');
     const char *file = folder_end != NULL ? folder_end + 1 : recording->path;
-    const char *number = H5Tget_class(table->type) == H5T_FLOAT ? "Float" : "Int";
+    const size_t bytes = H5Tget_size(table->type);
+    const char *number = H5Tget_class(table->type) == H5T_FLOAT ? "Float"
+                         : bytes == 1                           ? "UChar"
+                                                                : "Int";
     int columns = table->columns;
     char last[16] = "";
     if (columns > 0)
@@ -64,14 +67,37 @@ static void write_rows(const Recording *recording, const RecordedBody *body, con
                 first, rows);
     // of a data set in that file.
     fprintf(out,
-            "<DataItem Format=\"HDF\" NumberType=\"%s\" Precision=\"4\" Dimensions=\"%llu%s\">",
-            number, (unsigned long long)table->count, last);
+            "<DataItem Format=\"HDF\" NumberType=\"%s\" Precision=\"%zu\" Dimensions=\"%llu%s\">",
+            number, bytes, (unsigned long long)table->count, last);
     write_escaped(out, file);
     fprintf(out, ":/bodies/%s/%s</DataItem></DataItem>", body->name, set);
 }
 
+// The newest map of a kind up to a frame, and the one after it.
+typedef struct NewestMap {
+    RecordingMap map, next; // count 0: none
+    hsize_t read;           // heads
+} NewestMap;
+
+static bool follow_maps(const Recording *recording, const RecordedBody *body, BodyTable head,
+                        double time, NewestMap *newest)
+{
+    const HdfTable *table = &body->table[head];
+    for (;;) {
+        if (newest->next.count > 0 && newest->next.time > time)
+            return true;
+        if (newest->next.count > 0)
+            newest->map = newest->next;
+        newest->next.count = 0;
+        if (newest->read == table->count)
+            return true;
+        if (!hdf_table_read(&recording->file, table, newest->read++, 1, &newest->next))
+            return false;
+    }
+}
+
 static void write_frame(const Recording *recording, const RecordedBody *body, const Block *block,
-                        int i, const TopologyRows *topology, FILE *out)
+                        int i, const TopologyRows *topology, const NewestMap *maps, FILE *out)
 {
     fprintf(out, "<Grid Name=\"%s\"><Time Value=\"%.9g\"/>\n", body->name, block->time[i]);
     // Triangles, positions and ids are rows of the HDF5 file.
@@ -85,7 +111,22 @@ static void write_frame(const Recording *recording, const RecordedBody *body, co
     fprintf(out, "</Geometry>\n<Attribute Name=\"node_id\" Center=\"Node\">");
     write_rows(recording, body, "node_id", &body->table[NODE_ID], topology->first_node,
                topology->node_count, out);
-    fprintf(out, "</Attribute></Grid>\n");
+    fprintf(out, "</Attribute>");
+    const RecordingMap *error = &maps[RECORDING_ERROR_MAP].map;
+    if (error->count > 0 && error->topology == topology->number) {
+        fprintf(out, "\n<Attribute Name=\"error\" Center=\"Node\">");
+        write_rows(recording, body, "error_map/share", &body->table[ERROR_SHARE], error->first,
+                   error->count, out);
+        fprintf(out, "</Attribute>");
+    }
+    const RecordingMap *elements = &maps[RECORDING_ELEMENTS].map;
+    if (elements->count > 0 && elements->topology == topology->number) {
+        fprintf(out, "\n<Attribute Name=\"element_level\" Center=\"Cell\">");
+        write_rows(recording, body, "elements/level", &body->table[ELEMENTS_LEVEL], elements->first,
+                   elements->count, out);
+        fprintf(out, "</Attribute>");
+    }
+    fprintf(out, "</Grid>\n");
 }
 
 static bool read_block(const Recording *recording, const RecordedBody *body, hsize_t first,
@@ -160,6 +201,7 @@ static bool write_body(const Recording *recording, const RecordedBody *body, con
                        Block *block, FILE *out)
 {
     int at = 0;
+    NewestMap maps[RECORDING_MAPS] = {0};
     fprintf(out, "<Grid Name=\"%s\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
             body->name);
     hsize_t frames = body->table[FRAME_TIME].count;
@@ -174,7 +216,11 @@ static bool write_body(const Recording *recording, const RecordedBody *body, con
                 continue;
             const TopologyRows *topology = find_topology(body, block->topology[i], &at);
             ASSERT(topology != NULL);
-            write_frame(recording, body, block, i, topology, out);
+            if (!follow_maps(recording, body, ERROR_MAP, block->time[i],
+                             &maps[RECORDING_ERROR_MAP]) ||
+                !follow_maps(recording, body, ELEMENTS, block->time[i], &maps[RECORDING_ELEMENTS]))
+                return false;
+            write_frame(recording, body, block, i, topology, maps, out);
         }
     }
     fprintf(out, "</Grid>\n");

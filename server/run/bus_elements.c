@@ -4,9 +4,9 @@
 
 #include "base/clock.h"
 
-#include "pliant_elements_t.h"
+#include <string.h>
 
-enum { SQUARES_IN_CHUNK = 16384 }; // 48 kB
+#include "pliant_elements_t.h"
 
 static void send_chunk(Bus *bus, int index)
 {
@@ -33,6 +33,19 @@ static void send_chunk(Bus *bus, int index)
     pace->next++;
 }
 
+void bus_record_map(Bus *bus, RecordingMapKind kind, int body, const void *map, size_t bytes)
+{
+    if (!bus->exchange->records)
+        return;
+    void *copy = ring_back(&bus->exchange->told_map[kind][body]);
+    if (copy == NULL) {
+        atomic_fetch_add_explicit(&bus->exchange->lost, 1, memory_order_relaxed);
+        return;
+    }
+    memcpy(copy, map, bytes);
+    ring_publish(&bus->exchange->told_map[kind][body]);
+}
+
 // Takes the newest of a body when the last ones have left, and sends the chunks that are due.
 static void send_elements(Bus *bus, int index, int64_t now_ns)
 {
@@ -40,12 +53,16 @@ static void send_elements(Bus *bus, int index, int64_t now_ns)
     if (!pace_is_under_way(&stream->elements_pace)) {
         const ElementsOut *newest = slot_take(&bus->exchange->elements[index]);
         stream->elements = newest != NULL ? newest : stream->elements;
+        if (newest != NULL)
+            bus_record_map(bus, RECORDING_ELEMENTS, index, newest,
+                           sizeof *newest +
+                               (size_t)newest->square_count * (sizeof *newest->tag + 1));
         if (stream->elements == NULL || (newest == NULL && !stream->elements_wanted))
             return;
         stream->elements_wanted = false;
         bus->channel[OUT_ELEMENTS][index].sequence++;
         pace_start(&stream->elements_pace,
-                   chunks_of(stream->elements->square_count, SQUARES_IN_CHUNK),
+                   chunks_of(stream->elements->square_count, ROWS_IN_MAP_CHUNK),
                    bus->scene->publish.elements_hz, now_ns);
     }
     while (pace_is_due(&stream->elements_pace, now_ns))

@@ -82,6 +82,9 @@ static void send_map(Bus *bus, int index, int64_t now_ns)
     if (!pace_is_under_way(&stream->map_pace)) {
         const ErrorMap *newest = slot_take(&bus->exchange->error_map[index]);
         stream->map = newest != NULL ? newest : stream->map;
+        if (newest != NULL)
+            bus_record_map(bus, RECORDING_ERROR_MAP, index, newest,
+                           sizeof *newest + (size_t)newest->node_count);
         if (stream->map == NULL || (newest == NULL && !stream->map_wanted))
             return;
         stream->map_wanted = false;

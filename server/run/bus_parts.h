@@ -296,7 +296,9 @@ void bus_create_errors(Bus *bus, Arena *arena);
 void bus_send_errors(Bus *bus, int64_t now_ns);
 void bus_restart_errors(Bus *bus);
 
-// bus_elements.c. Publishes elements that have changed, or that a client asked for.
+// bus_elements.c. Hands a map that is new to a recording, if there is one.
+void bus_record_map(Bus *bus, RecordingMapKind kind, int body, const void *map, size_t bytes);
+// Publishes elements that have changed, or that a client asked for.
 void bus_send_elements(Bus *bus, int64_t now_ns);
 void bus_restart_elements(Bus *bus);
 

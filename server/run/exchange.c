@@ -428,6 +428,20 @@ static void create_recording(Exchange *exchange, World *world, const ExchangeOpt
             round_up(sizeof(Ledger) + (size_t)(exchange->body_count + exchange->tool_count) *
                                           sizeof(RecordingLedger)),
             "told_errors");
+    // Maps of the bodies that publish them.
+    const Slot *const published[RECORDING_MAPS] = {
+        [RECORDING_ERROR_MAP] = exchange->error_map, [RECORDING_ELEMENTS] = exchange->elements};
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        if (published[kind] == NULL)
+            continue;
+        exchange->told_map[kind] =
+            arena_allocate(&world->arena, ARENA_OUTPUT, (size_t)exchange->body_count, sizeof(Ring),
+                           "run/told_map_rings");
+        for (int i = 0; i < exchange->body_count; i++)
+            if (published[kind][i].memory != NULL)
+                create_ring(&exchange->told_map[kind][i], &world->arena, EXCHANGE_MAPS,
+                            published[kind][i].stride, "told_maps");
+    }
 }
 
 void exchange_create(Exchange *exchange, World *world, const ExchangeOptions *options)

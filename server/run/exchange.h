@@ -9,6 +9,7 @@
 #include "body/body.h"
 #include "body/look.h"
 #include "io/checkpoint.h"
+#include "io/recording.h"
 #include "run/input.h"
 #include "scene/build.h"
 
@@ -127,7 +128,8 @@ enum {
     EXCHANGE_FRAMES_MOST = 64,
     EXCHANGE_MESHES = 16,  // of one changing body, to be recorded
     EXCHANGE_LEDGERS = 16, // to be recorded
-    ELEMENT_LEVELS = 8,
+    EXCHANGE_MAPS = 4,     // of one body and kind, likewise
+    ELEMENT_LEVELS = RECORDING_MAP_LEVELS,
     SQUARES_IN_TICK = 2048, // whose elements are written in one tick: about 20 us
     NODES_IN_TICK = 1024,   // whose errors are: about 30 us if elements carry them all
 };
@@ -277,6 +279,8 @@ typedef struct Exchange {
     Ring told;        // of EventOut: every event that was published
     Ring told_ledger; // of Ledger, likewise
     Ring told_errors; // of Ledger with lines of errors; no memory unless they are published
+    Ring *told_map[RECORDING_MAPS]; // [body_count] of ErrorMap and ElementsOut; NULL, or no memory:
+                                    // they are not published
     // files -> bus, only with a files thread that has answers or events to publish
     Ring written;     // of Answer
     Ring files_event; // of EventOut

@@ -199,11 +199,13 @@ static void write_frames(FilesThread *files)
     const RecordFrame *frame;
     while ((frame = ring_peek(&exchange->recorded)) != NULL) {
         files->step = frame->step;
+        recorder_take_maps(files->recorder, exchange, frame->step, false);
         if (!recorder_take_meshes(files->recorder, exchange, frame) ||
             !recorder_write_frame(files->recorder, frame))
             atomic_fetch_add_explicit(&exchange->recorded_lost, 1, memory_order_relaxed);
         ring_pop(&exchange->recorded);
     }
+    recorder_take_maps(files->recorder, exchange, files->step, true);
     // The other streams, then a flush once a second, and word of what went wrong.
     write_tools(files);
     write_events(files);

@@ -63,6 +63,8 @@ typedef struct RecorderMesh {
     float *node;    // [3 node_capacity] all nodes
     double *scratch;
     struct RecorderLook *look; // of a body with colours, else NULL
+    bool has_map[RECORDING_MAPS];
+    unsigned char *map; // of live slots; NULL: no map is recorded
 } RecorderMesh;
 
 // recorder_look.c: the colours of a body.
@@ -84,6 +86,8 @@ typedef struct Recorder {
 // Allocates from the world's arena at load time. The recorder is zero before, except for the
 // members that are set before.
 void recorder_reserve(Recorder *recorder, World *world);
+// The same for the maps that the exchange has rings for.
+void recorder_reserve_maps(Recorder *recorder, const Exchange *exchange, World *world);
 // Creates the files (recording_create) and describes the bodies in them. Calls recorder_reserve if
 // that has not been done.
 bool recorder_create(Recorder *recorder, const char *path, World *world, const Scene *scene,
@@ -95,6 +99,9 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
 bool recorder_follow_mesh(Recorder *recorder, int body, const BodyMesh *mesh, const RestCopy *rest);
 // Writes the meshes that were handed over before the frame.
 bool recorder_take_meshes(Recorder *recorder, Exchange *exchange, const RecordFrame *frame);
+// Writes the maps up to a step that are of the meshes of the newest frames. Others are dropped if
+// `last`, else wait for their mesh.
+bool recorder_take_maps(Recorder *recorder, Exchange *exchange, int64_t step, bool last);
 bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 // Writes a row for each active tool; the frame may have no bodies.
 bool recorder_write_tools(Recorder *recorder, const RecordFrame *frame);

@@ -276,8 +276,10 @@ Live *live_reserve(World *world, const Scene *scene, const LiveOptions *options)
     // All memory that threads share, then what each needs for itself.
     exchange_create(&live->exchange, world, &exchange);
     live->bus = bus_reserve(world, scene, &live->exchange);
-    if (exchange.records)
+    if (exchange.records) {
         recorder_reserve(&live->recorder, world);
+        recorder_reserve_maps(&live->recorder, &live->exchange, world);
+    }
     return live;
 }
 

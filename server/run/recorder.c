@@ -146,7 +146,26 @@ void recorder_reserve(Recorder *recorder, World *world)
     MESH_IF_RECORDED(recorded,                                                                     \
                      mesh->name = RESERVE(MESH_SLOTS_##of(nodes, triangles), type[width], #name);)
         MESH_COLUMNS(RESERVE_ROWS)
+        mesh->live_triangle = RESERVE(triangles, int, "triangles");
         recorder->mesh[i].position = RESERVE(3 * nodes, float, "positions");
+    }
+}
+
+void recorder_reserve_maps(Recorder *recorder, const Exchange *exchange, World *world)
+{
+    Arena *arena = &world->arena;
+    for (int i = 0; i < exchange->body_count; i++) {
+        const Body *body = sim_body(world->sim, i);
+        RecorderMesh *mesh = &recorder->mesh[i];
+        bool any = false;
+        for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+            const Ring *ring = exchange->told_map[kind];
+            any |= mesh->has_map[kind] = ring != NULL && ring[i].memory != NULL;
+        }
+        // Triangles are more than nodes, but for those of closed surfaces of a few.
+        const size_t slots = (size_t)mesh_most_nodes(body) + (size_t)body->mesh.triangle_capacity;
+        if (any)
+            mesh->map = RESERVE(RECORDING_MAP_ROOM * slots, unsigned char, "maps");
     }
 }
 
@@ -266,6 +285,7 @@ bool recorder_create(Recorder *recorder, const char *path, World *world, const S
             .triangles = kept_together(changes, mesh->triangle_count, mesh->triangle_capacity),
             .first_wall = mesh->first_wall,
             .coloured = from->look != NULL};
+        memcpy(body[i].has_map, recorder->mesh[i].has_map, sizeof body[i].has_map);
     }
     for (int i = 0; i < tools; i++)
         tool[i] = sim_tool(sim, i)->id;
@@ -338,6 +358,47 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame)
         body = next_body(body);
     }
     recorder->frames += ok;
+    return ok;
+}
+
+// Returns a map as the bus handed it over, and its columns.
+static RecordingMap map_of(RecordingMapKind kind, const void *told, const void *column[])
+{
+    if (kind == RECORDING_ERROR_MAP) {
+        const ErrorMap *from = told;
+        column[0] = from->share;
+        return (RecordingMap){
+            .step = from->step, .topology = from->topology, .count = from->node_count};
+    }
+    const ElementsOut *from = told;
+    RecordingMap map = {
+        .step = from->step, .topology = from->topology, .count = from->square_count};
+    memcpy(map.elements, from->at_level, (size_t)from->levels * sizeof *map.elements);
+    column[0] = from->tag;
+    column[1] = elements_levels(from);
+    return map;
+}
+
+bool recorder_take_maps(Recorder *recorder, Exchange *exchange, int64_t step, bool last)
+{
+    bool ok = true;
+    for (int i = 0; i < exchange->body_count; i++)
+        for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+            const RecorderMesh *mesh = &recorder->mesh[i];
+            Ring *ring = mesh->has_map[kind] ? &exchange->told_map[kind][i] : NULL;
+            const void *told, *column[RECORDING_MAP_COLUMNS];
+            while (ring != NULL && (told = ring_peek(ring)) != NULL) {
+                RecordingMap map = map_of(kind, told, column);
+                const bool fits = mesh->mesh.live == NULL || mesh->mesh.topology == map.topology;
+                if (map.step > step || (!fits && !last))
+                    break;
+                map.time = (double)map.step * sim_tick(recorder->sim);
+                recording_mesh_map(&mesh->mesh, kind, &map, column, mesh->map);
+                if (fits)
+                    ok &= recording_add_map(recorder->recording, i, kind, &map, column);
+                ring_pop(ring);
+            }
+        }
     return ok;
 }
 

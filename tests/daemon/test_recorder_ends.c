@@ -78,7 +78,7 @@ TEST(a_full_disk_ends_it_with_a_whole_file)
     daemon_start(&daemon, "%s",
                  write_scene("full.cfg", "publish = { nodes_hz = 500.0; status_hz = 20.0; };", ""));
     client_wait_for_daemon(client);
-    const rlim_t before = limit_files(700000); // 0.65 MB of it for what HDF5 may add
+    const rlim_t before = limit_files(700000); // most of it for what HDF5 may add
     record_start(&program, path, "");
     limit_files(before);
     process_wait_for(&program, 1);

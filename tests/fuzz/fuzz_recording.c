@@ -13,7 +13,8 @@ enum { NODES = 4, FRAMES = 5 };
 
 static void make_base(HdfBase *base)
 {
-    const RecordingBody body = {.name = "ball", .nodes = NODES, .triangles = 2};
+    const RecordingBody body = {
+        .name = "ball", .nodes = NODES, .triangles = 2, .has_map = {true, true}};
     const int tool = 1, id[NODES] = {0, 1, 2, 3}, triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
     const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}};
     const signed char level[NODES] = {0};
@@ -47,6 +48,13 @@ static void make_base(HdfBase *base)
             MUST(recording_add_topology(recording, 0, &topology));
         }
         MUST(recording_add_frame(recording, 0, &frame));
+        RecordingMap map = {
+            .step = frame.step, .time = frame.time, .topology = topology.number, .count = NODES};
+        MUST(recording_add_map(recording, 0, RECORDING_ERROR_MAP, &map,
+                               (const void *const[]){position}));
+        map.count = 2;
+        MUST(recording_add_map(recording, 0, RECORDING_ELEMENTS, &map,
+                               (const void *const[]){position, position}));
         MUST(recording_add_tool(recording, 0, frame.time, &sample));
         MUST(recording_add_event(recording, &event));
     }
@@ -88,6 +96,19 @@ static void read_as_player(const char *path)
             const double time = recording_reader_frame(reader, b, f).time;
             MUST(recording_reader_find_frame(reader, b, time) == f);
         }
+        for (int kind = 0; kind < RECORDING_MAPS; kind++)
+            for (int64_t m = 0; m < recording_reader_maps(reader, b, kind) && m < ROWS; m++) {
+                const RecordingMap map = recording_reader_map(reader, b, kind, m);
+                MUST(map.count >= 0 &&
+                     map.count <= (kind == RECORDING_ELEMENTS ? triangles : nodes));
+                unsigned char *rows = malloc((size_t)map.count * RECORDING_MAP_ROOM + 1);
+                MUST(rows != NULL);
+                void *const column[] = {rows, rows + sizeof(int16_t) * (size_t)map.count};
+                Status why = {0};
+                const bool ok = recording_reader_map_rows(reader, b, kind, m, column, &why);
+                MUST(ok == (why.code == STATUS_OK));
+                free(rows);
+            }
         int numbers[2][64];
         unsigned char colour[64][RECORDING_COLOURS];
         const int64_t rows = recording_reader_look_rows(reader, b);

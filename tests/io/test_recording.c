@@ -60,8 +60,9 @@ static Recording *create(const char *name, Status *status)
         for (int k = 0; k < 3 && i < STRIP_NODES - 2; k++)
             strip[i][k] = i + k;
     }
-    const RecordingBody body[BODIES] = {{"tetra", 4, 3, 0, false},
-                                        {"strip", STRIP_NODES, STRIP_NODES - 2, 0, false}};
+    const RecordingBody body[BODIES] = {
+        {.name = "tetra", .nodes = 4, .triangles = 3},
+        {.name = "strip", .nodes = STRIP_NODES, .triangles = STRIP_NODES - 2}};
     const RecordingOptions options = {.scene = SCENE,
                                       .created_by = "test 1",
                                       .body_count = BODIES,

@@ -14,7 +14,7 @@ static Recording *begin(const char *path)
 {
     static const int id[NODES] = {0, 1, 2, 3}, tool[1] = {3};
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    const RecordingBody body = {"tetra", NODES, 2, 0, false};
+    const RecordingBody body = {.name = "tetra", .nodes = NODES, .triangles = 2};
     const RecordingOptions options = {.scene = "a scene",
                                       .created_by = "test 1",
                                       .body_count = 1,

@@ -32,12 +32,46 @@ static const int origin[NODES] = {0, 1, 2, 2, 0};
 static const int parent[NODES][2] = {{0, 0}, {1, 1}, {0, 1}, {3, 3}, {0, 2}};
 static const signed char level[NODES] = {0, 0, 0, 1, 2};
 
+static unsigned char share_at(int frame, int node)
+{
+    return (unsigned char)(7 * frame + 40 * node);
+}
+
+// Maps that a reader finds: of every tenth frame; of every fifth what is of no mesh, of another
+// number of rows, or at no time that follows.
+static void add_maps(Recording *recording, int f)
+{
+    unsigned char share[NODES];
+    const int triangles = nodes_at(f) - 3;
+    const int16_t tag[2] = {(int16_t)(-f), 300};
+    const unsigned char deep[2] = {(unsigned char)f, 3};
+    for (int i = 0; i < NODES; i++)
+        share[i] = share_at(f, i);
+    RecordingMap map = {
+        .time = time_at(f), .step = 100 * f, .topology = f < CUT_AT ? 1 : 2, .count = nodes_at(f)};
+    RecordingMap elements = map;
+    elements.count = triangles;
+    elements.elements[1] = f;
+    if (f % 10 == 5) {
+        map.topology = 3;
+        elements.count = triangles - 1;
+        assert_true(recording_add_map(recording, 0, RECORDING_ERROR_MAP, &map,
+                                      (const void *const[]){share}));
+        map.topology = 1;
+        map.time = f == 25 ? -1.0 : (double)NAN;
+    }
+    assert_true(
+        recording_add_map(recording, 0, RECORDING_ERROR_MAP, &map, (const void *const[]){share}));
+    assert_true(recording_add_map(recording, 0, RECORDING_ELEMENTS, &elements,
+                                  (const void *const[]){tag, deep}));
+}
+
 static const char *make_with(const char *name, const char *describe, const char *text)
 {
     static const int id[NODES] = {0, 1, 2, 3, 9}, tool[1] = {3};
     const char *path = scratch_at(name);
     static const int triangle[2][3] = {{0, 1, 2}, {0, 2, 3}};
-    const RecordingBody body = {"tetra", NODES, 2, 1, false};
+    const RecordingBody body = {"tetra", NODES, 2, 1, false, {true, true}};
     const RecordingOptions options = {.scene = text,
                                       .describe = describe,
                                       .created_by = "test 1",
@@ -69,6 +103,8 @@ static const char *make_with(const char *name, const char *describe, const char 
                                       .node_count = topology.node_count,
                                       .position = position};
         assert_true(recording_add_frame(recording, 0, &frame));
+        if (f % 5 == 0)
+            add_maps(recording, f);
         const RecordingTool sample = {.position = {f, 2.0, 3.0},
                                       .orientation = {f == 0 ? (double)NAN : 1.0, 0.0, 0.0, 0.25},
                                       .force = {0.5, -f, 0.25}};
@@ -236,7 +272,8 @@ TEST(colours_come_back_row_by_row_and_only_those_that_changed)
     int known_id[4], row_id[5];
     unsigned char known[4][RECORDING_COLOURS], row[5][RECORDING_COLOURS];
     RecordingColours colours = {.known_id = known_id, .known = known, .id = row_id, .colour = row};
-    const RecordingBody body = {"tetra", NODES, 2, 1, true};
+    const RecordingBody body = {
+        .name = "tetra", .nodes = NODES, .triangles = 2, .first_wall = 1, .coloured = true};
     const RecordingOptions options = {
         .scene = "", .created_by = "test 1", .body_count = 1, .body = &body};
     Status status = {0};
@@ -273,6 +310,37 @@ TEST(colours_come_back_row_by_row_and_only_those_that_changed)
 }
 
 // pliant-record knows no scene and writes the description in its place; older files have none.
+TEST(maps_are_found_by_their_time_and_those_of_no_mesh_are_left_out)
+{
+    SCOPED(close_reader) RecordingReader *reader = open_reader(make("maps.h5"));
+    Status status = {0};
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        assert_int_equal(recording_reader_maps(reader, 0, kind), 4);
+        assert_int_equal(recording_reader_info(reader)->body[0].maps[kind], 4);
+        assert_int_equal(recording_reader_find_map(reader, 0, kind, -0.1), -1);
+        for (int f = 0; f < FRAMES; f++) {
+            assert_int_equal(recording_reader_find_map(reader, 0, kind, time_at(f)), f / 10);
+            const RecordingMap map = recording_reader_map(reader, 0, kind, f / 10);
+            assert_int_equal(map.step, f / 10 * 1000);
+        }
+    }
+    for (int m = 0; m < 4; m++) {
+        unsigned char share[NODES], deep[2];
+        int16_t tag[2];
+        const int f = 10 * m;
+        expect_ok(recording_reader_map_rows(reader, 0, RECORDING_ERROR_MAP, m,
+                                            (void *const[]){share}, &status),
+                  status);
+        for (int i = 0; i < nodes_at(f); i++)
+            assert_int_equal(share[i], share_at(f, i));
+        expect_ok(recording_reader_map_rows(reader, 0, RECORDING_ELEMENTS, m,
+                                            (void *const[]){tag, deep}, &status),
+                  status);
+        assert_true(tag[0] == -f && deep[0] == f);
+        assert_int_equal(recording_reader_map(reader, 0, RECORDING_ELEMENTS, m).elements[1], f);
+    }
+}
+
 TEST(a_description_in_place_of_the_scene_is_one)
 {
     RecordingReader *reader = open_reader(make_with("heard.h5", NULL, DESCRIBED));

@@ -364,7 +364,8 @@ static void take_item(Sidecar *sidecar, const Element *item)
         int dimensions = sscanf(attribute(item, "Dimensions"), "%ld %d", &rows->of, &rows->columns);
         assert_in_range(dimensions, 1, 2);
         rows->columns = dimensions == 2 ? rows->columns : 0;
-        assert_string_equal(attribute(item, "Precision"), "4");
+        const bool byte = strcmp(attribute(item, "NumberType"), "UChar") == 0;
+        assert_string_equal(attribute(item, "Precision"), byte ? "1" : "4");
         return;
     }
     assert_string_equal(attribute(item, "Format"), "XML");
@@ -406,7 +407,10 @@ static void on_ended(void *user, const Element *open, int depth)
         assert_string_equal(attribute(element, "ItemType"), "HyperSlab");
         SidecarRows *to = is(parent, "Topology")   ? &sidecar->next.triangles
                           : is(parent, "Geometry") ? &sidecar->next.position
-                                                   : &sidecar->next.node_id;
+                          : strcmp(attribute(parent, "Name"), "error") == 0 ? &sidecar->next.error
+                          : strcmp(attribute(parent, "Name"), "element_level") == 0
+                              ? &sidecar->next.level
+                              : &sidecar->next.node_id;
         assert_int_equal(strtol(attribute(element, "Dimensions"), NULL, 10), sidecar->rows.rows);
         *to = sidecar->rows;
     } else if (is(element, "Topology")) {

@@ -61,6 +61,7 @@ typedef struct SidecarFrame {
     char collection[64]; // the body
     double time;
     SidecarRows triangles, position, node_id;
+    SidecarRows error, level; // where maps are recorded
 } SidecarFrame;
 
 // The frames of a sidecar in their order, malloc'ed; fails the test when it is not well-formed XML
