@@ -394,7 +394,7 @@ static bool check_state(const HdfFile *file, const WorldImage *image, const Body
         return hdf_fail(file, "/step", "%lld does not match the state", (long long)image->step);
     if (!sim_check(world->sim))
         return hdf_fail(file, "/state",
-                        "holds tools, loads, strokes or attachments that cannot be");
+                        "holds tools, loads, strokes, attachments or settings that cannot be");
     for (int i = 0; i < sim_body_count(world->sim); i++) {
         Body *body = sim_body(world->sim, i);
         bool sound = body->ops->check == NULL || body->ops->check(body->model);

@@ -94,7 +94,7 @@ bool sim_check(const Sim *sim)
         if (!tool_motion_check(&sim->motion[t], sim->clock->step))
             return false;
     // The time, and the rest, each by its owner.
-    return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 &&
+    return sim->clock->step >= 0 && sim->clock->step <= INT64_MAX / 4 && settings_check(sim) &&
            sim->clock->next_load >= 0 && sim->clock->next_load <= sim->scene_load_count &&
            loads_check(&sim->loads, sim->body, sim->body_count) && cutting_check(sim) &&
            removing_check(sim) && ahead_check(sim) && guard_check(sim) && errors_check(sim) &&

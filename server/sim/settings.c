@@ -44,7 +44,7 @@ struct SetKey {
 // Of a parameter that the model has alone.
 static bool read_parameter(const Body *body, const SetKey *key, double *value)
 {
-    return body->ops->get(body->model, key->parameter, value);
+    return body->ops->get != NULL && body->ops->get(body->model, key->parameter, value);
 }
 
 // --- scales of stiffness and damping, within the stability bound of a body's step ---
@@ -298,6 +298,29 @@ static bool check_value(const SetKey *key, double value, char *why, size_t why_s
     snprintf(why, why_size, "%s %g %s %s", key->key, value,
              key->whole ? "is not a whole number in" : "outside", key->range);
     return false;
+}
+
+bool settings_check(const Sim *sim)
+{
+    char why[64];
+    for (int b = 0; b < sim->body_count; b++) {
+        const Body *body = &sim->body[b];
+        for (int k = 0; k < KEY_COUNT; k++) {
+            const SetKey *key = &KEYS[k];
+            double now, own;
+            if (!key->read(body, key, &now))
+                continue;
+            // A sealed cavity has what pressure its shape gives it, within no range.
+            if (key->read == read_cavity ? !isfinite(now) : !check_value(key, now, why, sizeof why))
+                return false;
+            // What the body computes with is what the scene has.
+            if (key->read == read_scale && read_parameter(body, key, &own) && own != now)
+                return false;
+        }
+        if (body->tuning.bad_in_a_row < 0 || body->tuning.bad_in_a_row > sim->clock->step)
+            return false;
+    }
+    return true;
 }
 
 bool sim_try_gravity(Vec3 gravity, char *why, size_t why_size)

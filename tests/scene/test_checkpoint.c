@@ -256,8 +256,8 @@ static void expect_forged_refused(const Forged *forged, size_t count)
         scratch_seal(&scratch_space, "a.h5");
         const char *said = load(&run, "a.h5"),
                    *wanted = forged[i].bits == 0 ? ""
-                                                 : "a.h5: /state holds tools, loads, strokes or "
-                                                   "attachments that cannot be";
+                                                 : "a.h5: /state holds tools, loads, strokes, "
+                                                   "attachments or settings that cannot be";
         if (strcmp(said, wanted) != 0)
             fail_msg("%s at %ld: '%s'", forged[i].set, forged[i].at, said);
         assert_true(state_hash(&run.world.state) == before);
@@ -271,6 +271,24 @@ TEST(loads_that_cannot_be_are_refused)
         {"/state/loads/pool", 2, 0x40}, {"/state/loads/pool", 3, 0x80},
         {"/state/loads/count", 1, 1},   {"/state/loads/used", 3, 1},
         {"/state/loads/load", -1, 0},   {"/state/sim/clock", 20, 0x80},
+    };
+    expect_forged_refused(forged, sizeof forged / sizeof *forged);
+}
+
+// What SET changes has the ranges of SET, and the body computes with it.
+TEST(settings_that_cannot_be_are_refused)
+{
+#define TUNING(member, byte) "/state/ball/tuning", (long)(offsetof(BodyTuning, member) + (byte))
+    static const Forged forged[] = {
+        {TUNING(friction, 7), 0x7f},
+        {TUNING(stiffness_scale, 7), 0x80},
+        {TUNING(stiffness_scale, 7), 0x40},
+        {TUNING(stiffness_scale, 6), 0x01},
+        {TUNING(damping_scale, 7), 0x80},
+        {TUNING(damping_scale, 7), 0x40},
+        {TUNING(bad_in_a_row, 7), 0x80},
+        {TUNING(bad_in_a_row, 4), 0x01},
+        {"/state/ball/tuning", (long)sizeof(BodyTuning) - 1, 0},
     };
     expect_forged_refused(forged, sizeof forged / sizeof *forged);
 }

@@ -266,6 +266,7 @@ Body toy_body(Toy **out, const char *name, const TriMesh *mesh, const ToyOptions
     else
         toy_splits_create(toy, name, mesh, arena, state);
     create_arrays(toy, name, mesh, arena, state);
+    toy->parameter[BODY_STIFFNESS_SCALE] = toy->parameter[BODY_DAMPING_SCALE] = 1.0;
     Body body = {
         .ops = ops_of(options),
         .model = toy,

@@ -103,6 +103,8 @@ bool guard_check(const Sim *sim);
 const char *setting_name(int64_t number);
 // True for a number that a state may have.
 bool setting_is_numbered(int64_t number);
+// True if SET could have made all that it changes what it is.
+bool settings_check(const Sim *sim);
 
 // --- guard_energy.c ---
 
