@@ -277,6 +277,12 @@ static void find_held(CutWindows *windows)
         int *at = &pool->held[BATCH_KINDS * range + (b >= pool->end[0])];
         while (*at >= 0 && pool->place[*at] < pool->place[b])
             at = &pool->next[*at];
+        // No two are at one place, so that no list is longer than POOL_PLACES whatever a file says.
+        if (*at >= 0 && pool->place[*at] == pool->place[b]) {
+            pool->place[b] = 0;
+            bits_add(pool->free, b);
+            continue;
+        }
         pool->next[b] = *at;
         *at = b;
     }
