@@ -283,8 +283,8 @@ bool sim_apply_gravity(Sim *sim, Vec3 gravity, char *why, size_t why_size);
 void sim_reset(Sim *sim);
 // Recomputes what depends on the state list after it was overwritten from outside (checkpoint).
 void sim_restored(Sim *sim);
-// True if the state of time, tools, loads, strokes, attachments and settings is consistent; call after
-// sim_restored. BodyOps.check checks the bodies' own numbers.
+// True if the state of time, tools, loads, strokes, attachments and settings is consistent; call
+// after sim_restored. BodyOps.check checks the bodies' own numbers.
 bool sim_check(const Sim *sim);
 // In lockstep tools do not become stale.
 void sim_set_lockstep(Sim *sim, bool lockstep);
