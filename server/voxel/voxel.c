@@ -74,6 +74,9 @@ static void voxel_evaluate(void *self, const Evaluation *evaluation, double h)
     if (model->cuts != NULL && model->cuts->tension != NULL)
         cut_tension_add_forces(model->cuts->tension, vertices->present, vertices->force,
                                pass.stiffness_scale);
+    if (carries(model))
+        cut_release_add(model->cuts->release,
+                        rows_gravity(&vertices->rows, (Vec3){g[0], g[1], g[2]}));
     vertices_advance(vertices, evaluation, h, (Vec3){g[0], g[1], g[2]});
 }
 
@@ -96,6 +99,8 @@ static void voxel_abandon(void *self)
 {
     VoxelModel *model = self;
     vertices_abandon(&model->vertices);
+    if (carries(model))
+        cut_release_forget(model->cuts->release, true);
     if (model->batches->relaxation != NULL)
         relaxation_abandon(model->batches->relaxation);
 }

@@ -192,13 +192,14 @@ static void look_at_leaf(CutAdapt *adapt, const void *row, int leaf, unsigned pa
 {
     const int level = adapt->lattice->element[leaf].level;
     const Box box = box_around(adapt, row, leaf);
-    AdaptWish wish = {.element = leaf, .distance = (double)INFINITY};
+    AdaptWish wish = {.element = leaf, .free = true, .distance = (double)INFINITY};
     for (; paths != 0; paths &= paths - 1) {
         const Approach *path = &adapt->approach[__builtin_ctz(paths)];
         double along;
         const double distance = distance_of(&box, path, &along);
         if (level <= level_of(adapt, path, distance) || distance >= reach_of(adapt, path))
             continue;
+        wish.free &= path->reach == 0.0 && !is_touched(adapt, path, distance);
         wish.urgent |= is_urgent(adapt, path, distance, along);
         wish.distance = fmin(wish.distance, distance - path->radius);
     }
@@ -330,9 +331,12 @@ static int divide(CutAdapt *adapt)
     const int even = (adapt->wished + SPREAD_TICKS - 1) / SPREAD_TICKS + 2;
     const int budget = even < ADAPT_BUDGET ? even : ADAPT_BUDGET;
     int element[ADAPT_WISHES] = {0}, count = 0;
+    adapt->free = true;
     for (int w = 0; w < adapt->wish_count; w++)
-        if (adapt->wish[w].urgent || w < budget)
+        if (adapt->wish[w].urgent || w < budget) {
+            adapt->free &= adapt->wish[w].free;
             element[count++] = adapt->wish[w].element;
+        }
     const int divided = cut_lattice_divide(adapt->lattice, element, count);
     adapt->state->waits = divided > 0;
     adapt->divided += divided;
@@ -408,6 +412,7 @@ int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
     if (is_due(adapt))
         sweep(adapt, row);
     // Nothing merges while something is divided.
+    adapt->free = false;
     int changed = adapt->wished > 0 ? divide(adapt) : 0;
     *merged = changed == 0;
     if (*merged) {

@@ -47,6 +47,7 @@ typedef struct AdaptBox {
 typedef struct AdaptWish {
     int element;
     bool urgent;
+    bool free;       // nothing acts on it from outside
     double distance; // from the surface of the tool [m]
 } AdaptWish;
 
@@ -76,6 +77,7 @@ typedef struct CutAdapt {
     int wish_count, wished;           // kept, the most pressing first; found
     AdaptWish wish[ADAPT_WISHES];
     int merge_count, merge[ADAPT_BUDGET];
+    bool free; // nothing acts from outside on what was divided; until the next change
 
     // --- since the start ---
     int64_t divided, merged, refused;

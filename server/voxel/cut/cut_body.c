@@ -30,6 +30,8 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
                      TopologyChange *change)
 {
     cut_masses_follow(&cuts->masses, divided);
+    if (cuts->release != NULL)
+        cut_release_follow(cuts->release, cuts->adapt->free);
     if (cuts->carry != NULL)
         cut_carry_follow(cuts->carry, cuts->masses.touched, cuts->masses.touched_count);
     cut_windows_update(&cuts->windows);
@@ -238,19 +240,20 @@ void cut_body_approach(void *self, const Approach *approach, int count)
 bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *change)
 {
     (void)step;
-    (void)tick;
     const VoxelModel *model = body->model;
     VoxelCuts *cuts = model->cuts;
     const int64_t refused = cuts->adapt->refused;
     bool merged;
+    cut_release_begin(cuts->release, tick);
     cuts->adapt->tense = cuts->tear.stressed;
     cuts->adapt->tense_count = cuts->tear.stressed_count;
     cuts->tear.stressed_count = 0;
     const int changed = cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged);
     cuts->refused += cuts->adapt->refused > refused;
-    if (changed == 0)
-        return false;
-    follow_inside(cuts, body, change);
+    if (changed > 0)
+        follow_inside(cuts, body, change);
+    cuts->adapt->free = false;
+    cut_release_note(cuts->release, cuts->adapt->approach_count > 0);
     return false;
 }
 
@@ -308,7 +311,8 @@ static bool derive(VoxelCuts *cuts, Body *body)
         cut_fit_derive(cuts->fit, body);
     if (cuts->tension != NULL && faces)
         cut_tension_follow(cuts->tension);
-    const bool adapt = cuts->adapt == NULL || cut_adapt_derive(cuts->adapt);
+    const bool adapt =
+        cuts->adapt == NULL || (cut_adapt_derive(cuts->adapt) && cut_release_check(cuts->release));
     count_elements(cuts, body);
     if (cuts->reach != NULL)
         cut_body_count_gone(cuts, body);
@@ -327,6 +331,8 @@ void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
 {
     if (cuts->tear.felt != NULL)
         cut_tear_forget(&cuts->tear);
+    if (cuts->release != NULL)
+        cut_release_forget(cuts->release, true);
     if (mode == RESTORE_SHAPE)
         cut_blades_forget(&cuts->blades);
 }
@@ -792,6 +798,8 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cuts->adapt = ALLOCATE(ARENA_TOPOLOGY, 1, CutAdapt, "adaptation of elements");
         cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses,
                          making->options->body.adapt_error, cuts->name, arena, state);
+        cuts->release = ALLOCATE(ARENA_STEP, 1, CutRelease, "vertices that are let go");
+        cut_release_create(cuts->release, &cuts->masses, cuts->name, arena, state);
         count_elements(cuts, body);
     }
     cuts->account.gone = cuts->gone;

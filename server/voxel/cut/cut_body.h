@@ -13,6 +13,7 @@
 #include "voxel/cut/cut_heat.h"
 #include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_pieces.h"
+#include "voxel/cut/cut_release.h"
 #include "voxel/cut/cut_remove.h"
 #include "voxel/cut/cut_tear.h"
 #include "voxel/cut/cut_tension.h"
@@ -25,7 +26,8 @@ typedef struct VoxelCuts {
     TemplateCache templates;
     CutWindows windows;
     CutMasses masses;
-    CutCarry *carry; // of a body that adapts, or NULL
+    CutCarry *carry;     // of a body that adapts, or NULL
+    CutRelease *release; // likewise
     CutPieces pieces;
     CutAccount account;
     CutFaces faces;
