@@ -320,52 +320,68 @@ static void look_at_half(void *context, int first, int last)
 // underestimate peaks.
 static const double TENSE = 0.5;
 
-// Returns the number of elements under stress.
-static int find_stressed(CutTear *tear, const VoxelPass *pass)
+// Marks the elements under this share of the strength, in `high`.
+static void mark_stressed(CutTear *tear, const VoxelPass *pass, double share)
 {
     // Slightly lower, because the kernels round, in single precision to 1e-7 of the stiffness.
     // What is there at rest comes on top of what they see.
     const double rest = tear->tension != NULL ? pass->stiffness_scale * tear->tension->most : 0.0;
-    const double share = tear->lattice->adapts ? TENSE : 1.0;
     SharedLook shared = {tear, pass, fmax(0.0, (1.0 - 1e-3) * share * tear->stress - rest)};
     if (tear->vertices->team != NULL && tear->vertices->halved)
         team_run(tear->vertices->team, look_at_half, &shared, 2);
     else
         look_at_half(&shared, 0, 2);
-    return cut_windows_stressed(tear->windows, tear->high, tear->stressed);
 }
 
-// Chooses the elements of a tick: from number `first` of those under stress on, cyclically.
-static int choose(CutTear *tear, int count, int *first)
+static bool is_marked(const CutTear *tear, int leaf)
 {
-    *first = 0;
-    if (count <= TEAR_LOOKS) {
+    const int lane = cut_windows_lane(tear->windows, leaf);
+    return tear->high[lane / LANES] >> lane % LANES & 1;
+}
+
+// Chooses the marked elements of a tick, among those under stress from where the last tick ended
+// on, cyclically. Returns their number.
+static int choose(CutTear *tear, int leaf[TEAR_LOOKS])
+{
+    int first = 0, chosen = 0;
+    if (tear->stressed_count <= TEAR_LOOKS)
         *tear->next = 0;
-        return count;
+    while (first < tear->stressed_count && tear->stressed[first] < *tear->next)
+        first++;
+    *tear->next = 0;
+    for (int k = 0; k < tear->stressed_count; k++) {
+        const int stressed = tear->stressed[(first + k) % tear->stressed_count];
+        if (!is_marked(tear, stressed))
+            continue;
+        if (chosen == TEAR_LOOKS) {
+            *tear->next = stressed;
+            break;
+        }
+        leaf[chosen++] = stressed;
     }
-    while (*first < count && tear->stressed[*first] < *tear->next)
-        (*first)++;
-    *first %= count;
-    *tear->next = tear->stressed[(*first + TEAR_LOOKS) % count];
-    return TEAR_LOOKS;
+    return chosen;
 }
 
 static void find_by_stress(CutTear *tear, const VoxelPass *pass)
 {
+    int looked[TEAR_LOOKS];
+    const bool adapts = tear->lattice->adapts;
+    mark_stressed(tear, pass, adapts ? TENSE : 1.0);
+    tear->stressed_count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
+    // Elements that may tear do not wait for those that are to be divided alone.
+    if (adapts && tear->stressed_count > TEAR_LOOKS)
+        mark_stressed(tear, pass, 1.0);
     // Of the stressed elements, as many as a tick has time for.
-    int first, stressed = find_stressed(tear, pass);
-    tear->stressed_count = stressed;
-    const int count = choose(tear, stressed, &first);
+    const int count = choose(tear, looked);
     TearList list = {.count = 0};
     tear->look++;
     // Their faces with more traction than the strength.
     for (int k = 0; k < count; k++) {
-        const int leaf = tear->stressed[(first + k) % stressed];
-        test_leaf(tear, pass, leaf, &list);
-        tear->is_looked_at[leaf] = true;
+        test_leaf(tear, pass, looked[k], &list);
+        tear->is_looked_at[looked[k]] = true;
     }
     for (int k = 0; k < count; k++)
-        tear->is_looked_at[tear->stressed[(first + k) % stressed]] = false;
+        tear->is_looked_at[looked[k]] = false;
     // All finest faces of each.
     for (int k = 0; k < list.count; k++) {
         const TearFace *face = &list.face[k];

@@ -26,8 +26,8 @@
 // that splits into many pieces does so over several ticks, each of bounded time.
 enum {
     TEAR_FACES = 64,
-    TEAR_LOOKS = 512, // most elements whose faces are examined per tick; if more are under stress,
-                      // those after the last one of the tick before
+    TEAR_LOOKS = 512, // most elements whose faces are examined per tick; if more may tear, those
+                      // after the last one of the tick before
 };
 
 typedef struct CutTear {

@@ -121,6 +121,37 @@ TEST(pulled_faces_tear_at_the_border_first_and_everywhere_beyond_half_more)
     }
 }
 
+// In a body that adapts all elements beyond half of the strength are told; those that may tear,
+// which are among the last ones here, do not wait until the others were looked at.
+TEST(faces_that_tear_do_not_wait_for_elements_that_are_tense)
+{
+    VoxelWorldOptions options;
+    FixedRegion end[2];
+    const int count[3] = {24, 16, 16};
+    bar(&options, count, false, end);
+    options.body.body.fixed_count = 0;
+    options.body.body.levels = options.body.surface_level = 1;
+    options.body.tear_stress = 0.1 * E;
+    SCOPED(cut_world_destroy) CutWorld world;
+    cut_world_create(&world, &options);
+    const CutTear *tear = &world.cuts->tear;
+    // Six tenths of the strength, and twice the strength in a corner.
+    deform(&world, 1.06, QUAT_NONE);
+    const Rows *rows = &world.model->vertices.rows;
+    for (int v = 0; v < world.model->vertices.count; v++) {
+        Vec3 x = rows_rest(rows, v);
+        if (x.x < 8.9 * CELL || x.y < 5.9 * CELL || x.z < 5.9 * CELL)
+            continue;
+        x.x *= 1.2;
+        rows_write(rows, present(&world), v, x, vec3(0.0, 0.0, 0.0));
+    }
+    assert_true(find(&world));
+    assert_int_equal(tear->stressed_count, world.cuts->lattice.leaf_count);
+    assert_true(tear->stressed_count > TEAR_LOOKS + TEAR_LOOKS / 4);
+    // The next tick finds them again.
+    assert_true(find(&world));
+}
+
 TEST(every_level_of_the_kernels_finds_the_same_faces)
 {
     for (int precision = 0; precision < 2; precision++) {
