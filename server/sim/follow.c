@@ -50,8 +50,6 @@ void change_body(Sim *sim, int b, BodyChange *make, void *context)
         const int topology = body->mesh.topology;
         const bool changed = make(sim, b, context, &change);
         body->mesh.topology = changed ? topology_after(topology) : topology;
-        if (!changed && change.inside)
-            guard_allow_change(sim, b);
         if (!changed)
             return;
         follow(sim, b, &change);
@@ -64,10 +62,9 @@ void change_inside(Sim *sim, int b, BodyChange *make, void *context)
     TopologyChange change = {0};
     body->step = sim->clock->step;
     const int topology = body->mesh.topology;
+    // A change inside leaves the account of energy as it is.
     if (make(sim, b, context, &change)) {
         body->mesh.topology = topology_after(topology);
         follow(sim, b, &change);
-    } else if (change.inside) {
-        guard_allow_change(sim, b);
     }
 }

@@ -38,9 +38,6 @@ typedef struct EnergyAccount {
     int64_t known; // 0: unknown yet, or changed by something that is no work; else 1
 } EnergyAccount;
 
-// Share of a body's energy by which merging and dividing its elements may change it in a tick.
-#define GUARD_CHANGE 1e-3
-
 typedef enum EnergyVerdict {
     ENERGY_RIGHT,
     ENERGY_WRONG_TOUCH,  // contacts gave more than they had
@@ -119,9 +116,6 @@ int64_t guard_energy_ticks(const Body *body);
 EnergyVerdict guard_energy(Sim *sim, int body, double *has, double *most);
 // Restarts the account of a body, or (-1) of all, after a change that is no work.
 void guard_renew(Sim *sim, int body);
-// Allows for what a change of a body's elements alone may add to its energy: the account goes on,
-// which a body that changes in every tick would otherwise never have.
-void guard_allow_change(Sim *sim, int body);
 
 // --- guard_blame.c ---
 

@@ -78,12 +78,6 @@ void guard_renew(Sim *sim, int body)
             sim->guard->energy[b] = (EnergyAccount){0};
 }
 
-void guard_allow_change(Sim *sim, int body)
-{
-    EnergyAccount *account = &sim->guard->energy[body];
-    account->had += GUARD_CHANGE * (account->had + account->given);
-}
-
 // Returns an upper bound of a tool's work on a body in this tick: forces of either sign times the
 // path.
 static double work_of(const Sim *sim, int k)

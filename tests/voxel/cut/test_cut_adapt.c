@@ -143,6 +143,66 @@ TEST(nothing_can_merge_in_a_body_at_load)
     assert_int_equal(lattice->leaf_at_level[0], 0);
 }
 
+// --- energy ---
+
+static struct {
+    const BodyOps *ops;
+    VoxelWorld *world;
+    double merged, divided; // largest change of energy, over what is stored
+    int merges;             // ticks with some
+} account;
+
+static bool counted_adapt(Body *body, int64_t step, double tick, TopologyChange *change)
+{
+    const int64_t merged = cuts_of(account.world)->adapt->merged;
+    const double before = energy_of(body);
+    const bool shown = account.ops->adapt(body, step, tick, change);
+    const double changed = fabs(energy_of(body) - before) / before;
+    if (cuts_of(account.world)->adapt->merged > merged) {
+        account.merges++;
+        account.merged = fmax(account.merged, changed);
+    } else if (change->inside) {
+        account.divided = fmax(account.divided, changed);
+    }
+    return shown;
+}
+
+// Behind a tool that drags a merge changes less than a thousandth of what is stored, a division
+// before it, whose elements are softer than what they were, a few thousandths.
+TEST(changes_in_a_drag_hardly_change_the_energy)
+{
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    cube_create(&world, 2);
+    account.ops = world.body->ops;
+    account.world = &world;
+    BodyOps ops = *world.body->ops;
+    ops.adapt = counted_adapt;
+    for (int tick = 0; tick < COME + DRAG; tick++) {
+        world.body->ops = tick >= COME ? &ops : account.ops;
+        step_at(&world, tick);
+    }
+    world.body->ops = account.ops;
+    print_message("%d ticks with merges, at most %.1e of the energy; divisions %.1e\n",
+                  account.merges, account.merged, account.divided);
+    assert_true(account.merges > 10 && account.divided > 0.0);
+    assert_true(account.merged < 1e-3);
+    assert_true(account.divided < 5e-3);
+}
+
+// The guard's account goes on while elements change in most ticks: it finds a body that is four
+// times as stiff as its step allows, and swings up while it is dragged.
+TEST(a_body_that_is_unstable_while_its_elements_change_is_found)
+{
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    cube_create(&world, 2);
+    for (int tick = 0; tick < COME + DRAG; tick++) {
+        if (tick == COME)
+            ((VoxelModel *)world.body->model)->vertices.parameters->stiffness_scale = 4.0;
+        step_at(&world, tick);
+    }
+    assert_true(sim_resets(world.sim) > 0);
+}
+
 // --- elements at the surface ---
 
 // Writes the cell behind a published square, from where its corners are at rest.
