@@ -19,12 +19,17 @@ AROUND_ALL(scratch_begin, scratch_end)
 enum { UNTOUCHED = 4 * 4 * 4 };
 static const double TOP = 0.04; // [m]
 
-static void open_world(World *world)
+static void open_scene(World *world, const char *text)
 {
-    Scene *scene = read_kept(CUBE);
+    Scene *scene = read_kept(text);
     Status status = {0};
     const BuildOptions options = {.isa = "auto", .may_load = true};
     expect_ok(world_build(world, scene, &options, &status), status);
+}
+
+static void open_world(World *world)
+{
+    open_scene(world, CUBE);
 }
 
 static void go(World *world, bool active, Vec3 position, int ticks)
@@ -76,6 +81,45 @@ TEST(a_solid_is_fine_around_a_tool_and_at_load_again_behind_it)
     // Nobody saw another mesh.
     assert_int_equal(body->mesh.topology, topology);
     assert_int_equal(sim_resets(world.sim), 0);
+}
+
+// A body of this that is held in one way or another, and does not bend for ever.
+#define HELD(gravity, fixed, more, tool)                                                           \
+    "gravity = [0.0, 0.0, " gravity "];\n"                                                         \
+    "bodies = ( { name = \"a\"; model = \"voxel\"; levels = { surface = 2; };\n"                   \
+    "  voxels = { generator = \"box\"; count = 16; size = 0.005; }; " fixed                        \
+    "  material = { youngs_modulus = 1.0e4; poisson_ratio = 0.3; density = 1000.0; drag = 20.0;"   \
+    "  }; } );\n" more                                                                             \
+    "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.01; } ); }" tool " );\n"
+#define BOTTOM "  fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0399]); } );"
+#define SIDE   "  fixed = ( { box = ([-1, -1, -1], [-0.0399, 1, 1]); } );"
+#define TIED                                                                                       \
+    "attachments = ( { body = \"a\"; sphere = [-0.04, 0.0, 0.0]; radius = 0.015;"                  \
+    "  to = \"world\"; } );\n"
+#define PLANE                                                                                      \
+    ", { id = 2; kind = \"static\"; plane = { point = [0, 0, -0.04]; normal = [0, 0, 1]; }; }"
+
+TEST(held_bodies_have_the_elements_of_before_when_a_tool_has_left)
+{
+    static const char *const SCENES[] = {
+        HELD("0.0", SIDE, "", ""), HELD("0.0", BOTTOM, TIED, ""), HELD("-9.81", BOTTOM, "", ""),
+        HELD("-9.81", BOTTOM, TIED, ""), HELD("-9.81", "", "", PLANE)};
+    for (size_t s = 0; s < sizeof SCENES / sizeof *SCENES; s++) {
+        SCOPED(world_destroy) World world;
+        open_scene(&world, SCENES[s]);
+        go(&world, false, AT, 800);
+        const int before = elements(&world);
+        go(&world, true, vec3(AT.x, AT.y, TOP + 0.015), 100);
+        go(&world, true, AT, 100);
+        go(&world, true, vec3(AT.x + 0.015, AT.y, TOP + 0.005), 100);
+        const int touched = elements(&world);
+        go(&world, false, AT, 1500);
+        print_message("scene %zu: %d elements, touched %d, %d\n", s, before, touched,
+                      elements(&world));
+        assert_true(touched > before);
+        assert_int_equal(elements(&world), before);
+        assert_int_equal(sim_resets(world.sim), 0);
+    }
 }
 
 TEST(set_makes_the_fine_surroundings_of_tools_smaller_and_coarser)

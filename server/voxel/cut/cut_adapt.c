@@ -14,6 +14,9 @@ static const double NEAR_CELLS = 4.0; // at least
 // 0.23 %.
 static const double SKIN_CELLS = 3.0;
 static const double LEAVES = 0.5; // radii beyond, and cells at least, from which on they merge
+// The same of a place, in cells: those at rest tremble only, and elements beside them shall be as
+// at load when a tool has left.
+static const double LEAVES_PLACE = 0.1;
 static const double FINE = 8.0;   // cells of this part of a radius are fine enough
 static const double MOVED = 0.5;  // motion of a path after which it is looked at again [cells]
 static const double STALE = 0.25; // part of a brick by which its box may be too small
@@ -356,7 +359,8 @@ static bool is_left(const CutAdapt *adapt, const void *row, int element)
     for (int i = 0; i < adapt->approach_count; i++) {
         const Approach *path = &adapt->approach[i];
         double along;
-        const double beyond = LEAVES * fmax(path->radius, 2.0 * adapt->size),
+        const double beyond = path->reach > 0.0 ? LEAVES_PLACE * adapt->size
+                                                : LEAVES * fmax(path->radius, 2.0 * adapt->size),
                      distance = distance_of(&box, path, &along) - beyond;
         if (adapt->lattice->element[element].level > level_of(adapt, path, distance) &&
             distance < reach_of(adapt, path))
