@@ -143,6 +143,80 @@ TEST(nothing_can_merge_in_a_body_at_load)
     assert_int_equal(lattice->leaf_at_level[0], 0);
 }
 
+// --- divisions ahead of a tool ---
+
+// Writes the velocities of all vertices that elements have; others are not finite.
+static void velocities(const VoxelWorld *world, float (*v)[3])
+{
+    const VoxelModel *model = world->body->model;
+    const CutLattice *lattice = &model->cuts->lattice;
+    for (int i = 0; i < lattice->vertex_capacity; i++) {
+        const bool is = i < cut_lattice_used(lattice) && lattice->vertex_id[i] >= 0 &&
+                        !cut_lattice_is_carried(lattice, i);
+        const Vec3 at =
+            is ? rows_vector(&model->vertices.rows, vertices_row(&model->vertices), i, 4)
+               : vec3((double)NAN, 0.0, 0.0);
+        v[i][0] = (float)at.x, v[i][1] = (float)at.y, v[i][2] = (float)at.z;
+    }
+}
+
+// Returns the largest change of a vertex's acceleration from a tick to the next one [m/s2], of
+// those farther from the tool than two cells, where contact does not count.
+static double jump_of(const VoxelWorld *world, float (*v[3])[3], Vec3 tool)
+{
+    const VoxelModel *model = world->body->model;
+    double most = 0.0;
+    for (int i = 0; i < model->cuts->lattice.vertex_capacity; i++) {
+        Vec3 x;
+        if (!isfinite(v[0][i][0]) || !isfinite(v[1][i][0]) || !isfinite(v[2][i][0]))
+            continue;
+        rows_read(&model->vertices.rows, vertices_row(&model->vertices), i, &x, NULL);
+        if (vec3_length(vec3_sub(x, tool)) < RADIUS + 2.0 * world->lattice.size)
+            continue;
+        for (int c = 0; c < 3; c++)
+            most = fmax(most, 1e3 * fabs((double)(v[2][i][c] - 2.0F * v[1][i][c] + v[0][i][c])));
+    }
+    return most;
+}
+
+// In the ticks in which elements are divided vertices go on as before: their accelerations change
+// no more than in other ticks of the drag, and no waves are left in these.
+TEST(divisions_ahead_of_a_tool_change_no_acceleration)
+{
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    cube_create(&world, 2);
+    const CutAdapt *adapt = cuts_of(&world)->adapt;
+    const size_t count = (size_t)cuts_of(&world)->lattice.vertex_capacity;
+    float(*v[3])[3], with = 0.0F, without = 0.0F;
+    for (int k = 0; k < 3; k++) {
+        v[k] = malloc(count * sizeof *v[k]);
+        assert_non_null(v[k]);
+    }
+    int divisions = 0;
+    for (int tick = 0; tick < COME + DRAG; tick++) {
+        const int64_t divided = adapt->divided, merged = adapt->merged;
+        float(*const first)[3] = v[0];
+        v[0] = v[1], v[1] = v[2], v[2] = first;
+        step_at(&world, tick);
+        velocities(&world, v[2]);
+        if (tick < COME + 20 || adapt->merged > merged)
+            continue;
+        const float jump = (float)jump_of(&world, v, way_at(tick));
+        divisions += adapt->divided > divided;
+        if (adapt->divided > divided)
+            with = fmaxf(with, jump);
+        else
+            without = fmaxf(without, jump);
+    }
+    for (int k = 0; k < 3; k++)
+        free(v[k]);
+    print_message("%d ticks with divisions: accelerations change by up to %.1f m/s2, else %.1f\n",
+                  divisions, (double)with, (double)without);
+    assert_true(divisions > 10);
+    // About 1 each; 12 and 10, of the waves, where new vertices are let go at once.
+    assert_true(with < 3.0F && without < 3.0F);
+}
+
 // --- energy ---
 
 static struct {
