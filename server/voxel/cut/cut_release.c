@@ -68,11 +68,12 @@ void cut_release_note(CutRelease *release, bool soon)
     }
     *release->known = 1;
     for (int r = 0; r < vertices->run_count; r++)
-        for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
-            for (int c = 0; c < 3; c++)
-                release->before[v][c] = vertices->rows.precision == PRECISION_SINGLE
-                                            ? ((const float *)row)[(long)v * ROW + 4 + c]
-                                            : (float)((const double *)row)[(long)v * ROW + 4 + c];
+        for (long v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
+            if (vertices->rows.precision == PRECISION_SINGLE)
+                memcpy(release->before[v], (const float *)row + v * ROW + 4, 3 * sizeof(float));
+            else
+                for (int c = 0; c < 3; c++)
+                    release->before[v][c] = (float)((const double *)row)[v * ROW + 4 + c];
 }
 
 void cut_release_forget(CutRelease *release, bool whole)
@@ -243,15 +244,17 @@ static void begin_forces(CutRelease *release, Vec3 gravity)
 static void add(const CutRelease *release, int first, int end)
 {
     const Vertices *vertices = release->masses->vertices;
-    const Rows *rows = &vertices->rows;
+    const bool single = vertices->rows.precision == PRECISION_SINGLE;
+    const float by = 1.0F / (float)release->ticks;
     for (int k = first; k < end; k++) {
         const ReleaseForce *force = &release->force[k];
-        const double share = (double)force->left / release->ticks;
-        for (int c = 0; c < 3; c++) {
-            const long at = 4L * force->vertex + c;
-            rows_put(rows, vertices->force, at,
-                     rows_get(rows, vertices->force, at) + share * (double)force->force[c]);
-        }
+        const float share = (float)force->left * by;
+        float *f = (float *)vertices->force + 4L * force->vertex;
+        double *g = (double *)vertices->force + 4L * force->vertex;
+        for (int c = 0; c < 3 && single; c++)
+            f[c] += share * force->force[c];
+        for (int c = 0; c < 3 && !single; c++)
+            g[c] += (double)(share * force->force[c]);
     }
 }
 
