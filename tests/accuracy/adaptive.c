@@ -110,6 +110,11 @@ static const Trial TRIALS[] = {
     {"drag", "32^3 cells, a ball of r 15 mm pressed by 5 mm and dragged at 100 mm/s",
      MOVING_CUBE(CUBE_OF_32, 0.003125), .tools = 1, .radius = 0.015,
      .way = {{DRAGGED(0.015, 0.005)}}},
+    {"drag-fast", "32^3 cells, the same at 200 mm/s, obliquely, with friction", .scene = "",
+     .voxels = CUBE_OF_32, .body = "contact = { friction = 0.5; };\n" MOVING ON_A_TABLE,
+     .rate = 1000.0, .size = 0.003125, .seconds = 0.8, .from = 0.25, .tools = 1, .radius = 0.015,
+     .way = {{PRESSED(-0.0217, -0.0125, 0.015, 0.005), PLACE(0.22, -0.0217, -0.0125, 0.06),
+              PLACE(0.47, 0.0217, 0.0125, 0.06), PLACE(0.52, 0.0217, 0.0125, 0.075)}}},
     {"probe", "64^3 cells, a ball of r 5 mm pressed by 5 mm", .scene = "", .voxels = CUBE_OF_64,
      .body = STATIC ON_A_TABLE, .rate = 500.0, .size = 0.0015625, .seconds = 0.6, .from = 0.55,
      .tools = 1, .radius = 0.005, .way = {{PRESSED(0.0, 0.0, 0.005, 0.005)}}},
@@ -463,11 +468,12 @@ PART(5)
 PART(6)
 PART(7)
 PART(8)
+PART(9)
 
 int main(int argc, char **argv)
 {
-    static void (*const run[TRIALS_COUNT])(const Experiment *) = {try_0, try_1, try_2, try_3, try_4,
-                                                                  try_5, try_6, try_7, try_8};
+    static void (*const run[TRIALS_COUNT])(const Experiment *) = {
+        try_0, try_1, try_2, try_3, try_4, try_5, try_6, try_7, try_8, try_9};
     ExperimentPart parts[TRIALS_COUNT];
     for (int k = 0; k < TRIALS_COUNT; k++)
         parts[k] = (ExperimentPart){TRIALS[k].name, run[k]};

@@ -146,9 +146,13 @@ static void note_accelerations(CutRelease *release)
     for (int b = 0; b < changes->birth_count; b++) {
         const CutBirth *birth = &changes->birth[b];
         Vec3 sum = {0.0, 0.0, 0.0};
-        for (int p = 0; p < birth->parent_count; p++)
-            sum = vec3_add(sum, vector_of(&force[masses->next[birth->parent[p]]]));
-        put_force(&force[masses->next[birth->vertex]], vec3_scale(1.0 / birth->parent_count, sum));
+        for (int p = 0; p < birth->parent_count; p++) {
+            const int parent = birth->parent[p], at = masses->next[parent];
+            if (at >= first && at < (int)*release->count && force[at].vertex == parent)
+                sum = vec3_add(sum, vector_of(&force[at]));
+        }
+        put_force(&force[masses->next[birth->vertex]],
+                  vec3_scale(1.0 / fmax(1.0, birth->parent_count), sum));
     }
 }
 
