@@ -7,6 +7,7 @@
 
 #include "base/check.h"
 #include "sim/estimate.h"
+#include "sim/events.h"
 #include "sim/guard/guard.h"
 
 #include <limits.h>
@@ -59,6 +60,7 @@ typedef struct BodyRounds {
     int64_t calm;     // rounds below in a row
     int64_t patience; // so many before a step is taken back; 0: PATIENCE
     int64_t returned; // rounds since one was taken back
+    int64_t told;     // 1: that the target is out of reach, since it was met
 } BodyRounds;
 
 // The round under way; plain data.
@@ -336,11 +338,22 @@ static bool is_in_vain(BodyRounds *at, double error, double target, int elements
     return error > target && error > (1.0 - WORTH) * before && error < GROWN * before;
 }
 
+// Reports, once until the target is met, that it is out of reach; `least`: the error that is not.
+static void tell(Sim *sim, BodyRounds *at, double target, double least)
+{
+    if (at->told == 0)
+        sim_report(sim, (int)(at - sim->drive->body), "error",
+                   "an error of %.2g %% is out of reach: %.2g %% is left whatever the detail",
+                   100.0 * target, 100.0 * least);
+    at->told = 1;
+}
+
 // Returns the change of detail for an error: a step or none.
 static int choose(BodyRounds *at, double error, double target)
 {
     if (error < target || error > GROWN * at->stuck)
         at->stuck = 0.0;
+    at->told &= error >= target;
     at->calm = error < LOW * target ? at->calm + 1 : 0;
     if (error > target && at->stuck == 0.0)
         return 1;
@@ -361,6 +374,7 @@ static void drive(Sim *sim, ErrorRounds *errors)
         return;
     // Where time is short the time budget has made detail coarser: that is not taken back here.
     body->ops->get(body->model, BODY_ADAPT_SCALE, &scale);
+    const bool is_short = scale > 1.0;
     target *= fmax(1.0, scale);
     if (at->patience == 0) {
         at->patience = PATIENCE;
@@ -375,6 +389,8 @@ static void drive(Sim *sim, ErrorRounds *errors)
     if (is_in_vain(at, error, target, body->element_count)) {
         at->stuck = error;
         set_fineness(body, at, at->from);
+        if (!is_short)
+            tell(sim, at, target, error);
         return;
     }
     const int change = choose(at, error, target);
@@ -388,6 +404,8 @@ static void drive(Sim *sim, ErrorRounds *errors)
             at->from = at->fineness;
         }
         set_fineness(body, at, at->fineness + step);
+    } else if (change > 0 && !is_short) {
+        tell(sim, at, target, error);
     } else if (change < 0 && at->fineness > least) {
         at->returned = 0;
         at->before = 0.0;

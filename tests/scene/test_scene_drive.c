@@ -115,6 +115,25 @@ TEST(a_pressed_wall_comes_to_the_error_that_its_scene_asks_for)
     assert_true(driving(&world) < 0.05);
 }
 
+// What the cells themselves leave out is said once.
+TEST(a_target_out_of_reach_is_reported_once)
+{
+    SCOPED(world_destroy) World world;
+    open_world(&world, SMALL, "adapt = { error = 0.001; };", 0.0);
+    int count = 0;
+    for (int k = 0; k < 40; k++) {
+        SimEvent event;
+        press(&world, 0.02, 0.01, 50);
+        while (sim_take_event(world.sim, &event)) {
+            assert_string_equal(event.kind, "error");
+            print_message("# %s\n", event.text);
+            assert_int_equal(event.body, 0);
+            count++;
+        }
+    }
+    assert_int_equal(count, 1);
+}
+
 // Once there, it stays: a step changes the error by less than the width of the band.
 TEST(detail_does_not_swing_while_a_tool_is_held)
 {
