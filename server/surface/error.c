@@ -17,6 +17,11 @@ enum { COARSE, FINER };
 enum { ITERATIONS = 25 };
 // Factor on what is found (tests/accuracy/errors.md).
 static const double SCALE = 1.25;
+// Of what the rounds to come may add: largest share of one in that of the one before, and the most
+// over what is known.
+static const double MOST_SHARE = 6.0 / 7.0, MOST_TO_COME = 3.0;
+// An error that still grows by more than this part of it in a round is not known in the first ones.
+static const double SETTLED = 0.2;
 
 // ---------------------------------------------------------------------------------------------
 // Load time
@@ -125,6 +130,7 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     error->topology = -1;
     error->rows = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count * ROW,
                                  model_real_size(model), "%s/rows copied", name);
+    error->kept = ALLOCATE(ARENA_STEP, model->node_count, Vec3, "errors kept");
     for (int k = 0; k < 2; k++)
         error->size[k] = ALLOCATE(ARENA_OUTPUT, model->node_count, float, "errors shown");
     // What resists all motion, by area.
@@ -152,6 +158,20 @@ static int64_t topology_of(const SurfaceModel *model)
     return model->detail == NULL ? 0 : model->detail->adapt.sweep->topology;
 }
 
+// Goes on from what complete rounds have found; a midpoint is between its parents, which have lower
+// numbers.
+static void resume(SurfaceError *error)
+{
+    for (int i = 0; i < error->node_count; i++) {
+        const ErrorNode *node = &error->node[i];
+        const int *at = node->parent;
+        if (node->model >= 0)
+            error->moved[i] = error->kept[node->model];
+        else
+            error->moved[i] = vec3_scale(0.5, vec3_add(error->moved[at[0]], error->moved[at[1]]));
+    }
+}
+
 // Lists the wall and the finer one, unless they are known.
 static void gather(const SurfaceModel *model, int *budget)
 {
@@ -168,7 +188,7 @@ static void gather(const SurfaceModel *model, int *budget)
         if (error->at == at->face_count) {
             error->level++, error->at = 0;
             if (error->level > levels->finest) {
-                memset(error->moved, 0, (size_t)error->node_count * sizeof *error->moved);
+                resume(error);
                 memset(error->presses, 0, (size_t)error->node_count * sizeof *error->presses);
             }
             continue;
@@ -244,6 +264,7 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         error->sums[0] += node->area;
         error->sums[1] += node->area * vec3_dot(error->moved[i], error->moved[i]);
         error->sums[2] += node->area * vec3_dot(u, u);
+        error->kept[node->model] = error->moved[i];
         const float size = (float)vec3_length(error->moved[i]);
         float *largest = &error->largest[1 - error->shown];
         error->size[1 - error->shown][node->model] = size;
@@ -251,16 +272,36 @@ static void sum_up(const SurfaceModel *model, int first, int end)
     }
 }
 
-static void answer(SurfaceError *error, BodyError *out)
+// Returns the factor on the size of an error for what rounds to come will find: each adds a share
+// of what the one before has added.
+static double yet_to_come(const SurfaceError *error, double size, double growth)
 {
-    // After a bad number all begins again.
+    if (!(growth > 0.0 && error->growth > 0.0 && size > 0.0))
+        return 1.0;
+    const double share = fmin(MOST_SHARE, growth / error->growth);
+    return 1.0 + fmin(MOST_TO_COME, growth * share / (1.0 - share) / size);
+}
+
+// Concludes a round.
+static void answer(const SurfaceModel *model, BodyError *out)
+{
+    SurfaceError *error = model->error;
+    const double *sum = error->sums, size = sqrt(sum[1] / sum[0]);
+    const double growth = size - error->size_of_last, more = yet_to_come(error, size, growth);
     error->shown = 1 - error->shown;
-    if (!isfinite(error->sums[1])) {
+    error->size_of_last = size;
+    error->growth = growth;
+    error->rounds = error->rounds < ERROR_FIRST ? error->rounds + 1 : ERROR_FIRST;
+    // After a bad number all begins again.
+    if (!isfinite(sum[1])) {
         error->topology = -1;
+        error->rounds = 0;
         error->largest[error->shown] = 0.0F;
+        error->size_of_last = error->growth = 0.0;
+        memset(error->kept, 0, (size_t)model->node_count * sizeof *error->kept);
     }
-    const double *sum = error->sums, scale = SCALE * error->order / sum[0];
-    out->displacement = scale * sqrt(sum[1] / sum[0]);
+    const double scale = more * SCALE * error->order / sum[0];
+    out->displacement = scale * size;
     out->relative = sum[2] > 0.0 ? scale * sqrt(sum[1] / sum[2]) : 0.0;
     for (int t = 0; t < error->tool_count; t++) {
         const Vec3 force = error->tool_force[t],
@@ -372,8 +413,10 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
                          : done == ERROR_SUM      ? ERROR_GATHER
                                                   : (ErrorStage)(done + 1));
             if (done == ERROR_SUM) {
-                answer(error, out);
-                return true;
+                answer(model, out);
+                // The first rounds of large walls find a small part of it.
+                if (error->rounds >= ERROR_FIRST || error->growth <= SETTLED * error->size_of_last)
+                    return true;
             }
         }
     }

@@ -89,6 +89,8 @@ typedef enum ErrorStage {
     ERROR_STAGES,
 } ErrorStage;
 
+enum { ERROR_FIRST = 6 }; // rounds after which an error is known, however slowly it grows
+
 typedef struct SurfaceError {
     // --- constant ---
     SurfaceOptions options;
@@ -145,6 +147,11 @@ typedef struct SurfaceError {
     double tool_size[ERROR_TOOLS], tool_reach[ERROR_TOOLS]; // [m]
     Vec3 tool_coarse[ERROR_TOOLS], tool_finer[ERROR_TOOLS]; // that both walls give [N]
     double sums[3]; // area, and squares of errors and displacements times area
+    // --- of complete rounds ---
+    Vec3 *kept;          // [nodes of the body] how far each has moved: where lists made again begin
+    double size_of_last; // rms of that [m]
+    double growth;       // since the round before [m]
+    int rounds;          // complete, up to ERROR_FIRST
 
     // --- what is shown of the last complete round, and what the present one writes ---
     float *size[2];   // [nodes of the body] of their errors [m]

@@ -62,6 +62,11 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->tool_coarse, 1, "tool_coarse");
     LIST(&error->tool_finer, 1, "tool_finer");
     LIST(&error->sums, 1, "sums");
+    // Of complete rounds.
+    LIST(error->kept, model->node_count, "kept");
+    LIST(&error->size_of_last, 1, "size_of_last");
+    LIST(&error->growth, 1, "growth");
+    LIST(&error->rounds, 1, "rounds");
 }
 
 bool surface_error_is_current(const SurfaceModel *model)

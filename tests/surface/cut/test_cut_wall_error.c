@@ -82,6 +82,22 @@ TEST(estimates_are_near_what_a_finer_body_does)
     }
 }
 
+// A thin wall bends slowly: rounds find its error bit by bit, and it is not said before most of it
+// is there.
+TEST(errors_that_are_found_slowly_are_not_said_too_small)
+{
+    SurfaceOptions options = options_at(2, 1);
+    options.material.thickness = 5e-4;
+    SCOPED(bench_destroy) DetailBench bench;
+    press_sphere(&bench, BENCH_ADAPTIVE, &options);
+    const double first = round_of(&bench).displacement;
+    const double last = rounds_of(&bench, 60).displacement;
+    print_message("at first %.4f mm, in the end %.4f mm\n", 1e3 * first, 1e3 * last);
+    // Within the factor of 2 that is promised.
+    expect_at_least(first, 0.5 * last);
+    expect_at_most(first, 2.0 * last);
+}
+
 TEST(a_body_at_rest_has_no_error)
 {
     const SurfaceOptions options = options_at(1, 0);
