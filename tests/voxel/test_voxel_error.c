@@ -326,6 +326,7 @@ TEST(the_error_of_scenes_is_within_a_factor_of_two)
     }
     assert_true(scenes >= 25);
     assert_true(10 * within >= 9 * scenes);
-    assert_true(forces >= 15);
-    assert_true(10 * forces_within >= 9 * forces);
+    // All but the three of the study: 28 of 31 in the long form.
+    assert_true(forces >= 20);
+    assert_true(forces - forces_within <= 3);
 }
