@@ -7,20 +7,12 @@
 
 #include <lcm/lcm.h>
 
-#include <sys/stat.h>
-
 static const char HEAD[] = "publish = { nodes_hz = 20.0; status_hz = 20.0; };\n"
                            "gravity = [0.0, 0.0, -9.81];";
 static const char LOADS[] = "loads = ( { body = \"sphere\"; center = [0.0, 0.0, 0.05];\n"
                             "  radius = 0.03; force = [0.1, 0.0, -0.2]; start = 0.05;\n"
                             "  duration = 0.6; } );";
 static const double DOWN[3] = {0.0, 0.02, -0.2};
-
-static bool exists(const char *path)
-{
-    struct stat facts;
-    return stat(path, &facts) == 0;
-}
 
 // The step that a checkpoint continues from.
 static long long checkpoint_step(const char *path, const char *scene)
@@ -140,7 +132,7 @@ TEST(a_checkpoint_reply_comes_when_the_file_is_whole)
     const char *scene = write_scene("command.cfg", HEAD, LOADS);
     const char *path = scratch("command.h5");
     SCOPED_CLIENT Client *client = server_start(&pliantd, "--checkpoint %s %s", path, scene);
-    assert_false(exists(path));
+    assert_false(file_exists(path));
     const Reply *reply = command(client, PLIANT_COMMAND_T_CHECKPOINT, 0, "");
     assert_true(reply->ok);
     assert_int_equal(checkpoint_step(path, scene), reply->step);

@@ -31,14 +31,6 @@ static void move(Client *client, double height, double grip)
             fail_msg("moved the jaws in vain for: %s", #condition);                                \
     } while (0)
 
-static const char *text_of(const Client *client, const char *kind)
-{
-    for (int i = 0; i < client->events; i++)
-        if (strcmp(client->event[i].kind, kind) == 0)
-            return client->event[i].text;
-    return "";
-}
-
 TEST(jaws_take_hold_pull_and_let_go)
 {
     Process daemon, again;
@@ -54,7 +46,7 @@ TEST(jaws_take_hold_pull_and_let_go)
     int before = client->contacts;
     move_until(client, TOP, 1.0, client->contact.contact && client->contacts > before + 100);
     wait_until(client, saw_event(client, "grasp"));
-    expect_in(text_of(client, "grasp"), "tool 1 grasped ");
+    expect_in(event_text(client, "grasp"), "tool 1 grasped ");
     // Pulled up by 20 mm: drawn back down.
     for (int i = 0; i <= 200; i++)
         move(client, TOP + 1e-4 * i, 1.0);

@@ -121,14 +121,6 @@ static void watch_no_more(Client *client, const Watch *on)
     pliant_status_t_unsubscribe(client->lcm, on->states);
 }
 
-static const char *event_text(const Client *client, const char *kind)
-{
-    for (int i = 0; i < client->events; i++)
-        if (strcmp(client->event[i].kind, kind) == 0)
-            return client->event[i].text;
-    return "";
-}
-
 static void expect_resumable(const char *checkpoint, const char *scene)
 {
     Process daemon;

@@ -16,12 +16,6 @@
 
 static const char STRACE[] = "/usr/bin/strace";
 
-static bool exists(const char *path)
-{
-    struct stat facts;
-    return stat(path, &facts) == 0;
-}
-
 // Runs the daemon under strace; false where there is none or it may not trace.
 static bool run_traced(Process *daemon, const char *options, const char *arguments)
 {
@@ -126,7 +120,7 @@ TEST(a_kill_at_any_call_leaves_a_checkpoint)
     run_daemon_well(&pliantd, "--offline 0.01 --resume %s --checkpoint %s %s", kept, kept, scene);
     char temporary[PATH_TEXT * 2 + 8];
     snprintf(temporary, sizeof temporary, "%s.tmp", kept);
-    assert_false(exists(temporary));
+    assert_false(file_exists(temporary));
 }
 
 // --- the disk ---
@@ -156,7 +150,7 @@ TEST(a_full_disk_leaves_the_former_checkpoint)
     run_daemon(&pliantd, "--offline 0.1 --checkpoint-every 0.02 --resume %s --checkpoint %s %s",
                kept, kept, scene);
     expect_ended(&pliantd, 1, "kept.h5: No space left on device");
-    assert_false(exists(scratch("disk/kept.h5.tmp")));
+    assert_false(file_exists(scratch("disk/kept.h5.tmp")));
     run_daemon_well(&pliantd, "--offline 0 --resume %s %s", kept, scene);
     printed_state(&pliantd, now);
     assert_string_equal(now, former);
@@ -179,8 +173,8 @@ TEST(a_file_that_another_program_writes_is_left_to_it)
     assert_int_equal(flock(fd, LOCK_EX), 0);
     run_daemon(&pliantd, "--offline 0.01 --checkpoint %s %s", kept, scene);
     expect_ended(&pliantd, 2, "two.h5: another program that runs writes there");
-    assert_true(exists(temporary));
+    assert_true(file_exists(temporary));
     close(fd); // as one that was killed
     run_daemon_well(&pliantd, "--offline 0.01 --checkpoint %s %s", kept, scene);
-    assert_false(exists(temporary));
+    assert_false(file_exists(temporary));
 }

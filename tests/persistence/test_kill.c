@@ -31,12 +31,6 @@ static int rounds(void)
     return (asked + 1) / 2;
 }
 
-static bool exists(const char *path)
-{
-    struct stat facts;
-    return stat(path, &facts) == 0;
-}
-
 // In a folder of its own, so that whatever else a killed writer leaves is seen.
 static const char *path_for(const SessionScene *scene, const char *kind, const char *file)
 {
@@ -206,7 +200,7 @@ static void expect_log_leads_on(const char *config, const char *log, const char 
 static void expect_recording_readable(const char *path, const char *body)
 {
     BodyView view = {0};
-    hid_t file = exists(path) ? view_open(path, true) : -1;
+    hid_t file = file_exists(path) ? view_open(path, true) : -1;
     if (file < 0)
         return; // killed before it was begun
     view_body(&view, file, body);

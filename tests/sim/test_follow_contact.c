@@ -17,17 +17,6 @@ static ToolOptions probe(double length, double radius)
     return (ToolOptions){CAPSULE(length, radius, 1e3)};
 }
 
-static void create(ToyScene *scene, const ToolOptions *tool)
-{
-    ToySceneOptions options = {.cells = CELLS,
-                               .cell = CELL,
-                               .lockstep = true,
-                               .rate_hz = 1000.0,
-                               .tool_count = 1,
-                               .tool = tool};
-    toy_scene_create(scene, &options);
-}
-
 static const ToolWrench *touch(ToyScene *scene, Vec3 position, Vec3 turn)
 {
     ToolPose pose = {.position = position, .orientation = quat_from_rotation(turn), .active = true};
@@ -56,8 +45,8 @@ static void press_while_faces_change(double length, double radius, double depth,
 {
     ToolOptions tool = probe(length, radius);
     SCOPED(toy_scene_destroy) ToyScene mixed, coarse;
-    create(&mixed, &tool);
-    create(&coarse, &tool);
+    toy_scene_touched(&mixed, CELLS, CELL, &tool);
+    toy_scene_touched(&coarse, CELLS, CELL, &tool);
     uint64_t random = seed;
     // A depth counts as at least what it has beyond 0.6 of the onset, at which a face comes to its
     // stiffness.
@@ -109,7 +98,7 @@ static void leap_through(double length, uint64_t seed)
     const double radius = 0.005, leap = 0.8 * radius;
     ToolOptions tool = probe(length, radius);
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     Toy *toy = scene.toy[0];
     uint64_t random = seed;
     bool before[512];
@@ -160,7 +149,7 @@ TEST(resting_tool_behind_the_wall_is_held_through_any_change)
     ToolOptions tool = probe(0.0, 0.003);
     tool.max_force = 2.0;
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     uint64_t random = 77;
     touch(&scene, vec3(0.001, 0.002, 0.01), vec3(0, 0, 0));
     for (int i = 0; i < 3000; i++) {
@@ -181,7 +170,7 @@ TEST(sides_pass_to_the_faces_that_take_over)
 {
     ToolOptions tool = probe(0.0, 0.005);
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
     signed char *side = contact->side[0];
@@ -212,7 +201,7 @@ TEST(plane_keeps_its_hold)
                                .has_plane = true,
                                .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &table);
+    toy_scene_touched(&scene, CELLS, CELL, &table);
     Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
     const BodySurface *surface = &scene.body[0]->surface;
@@ -249,7 +238,7 @@ TEST(push_of_a_plane_is_the_same_at_every_division)
                                .has_plane = true,
                                .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &table);
+    toy_scene_touched(&scene, CELLS, CELL, &table);
     toy_scene_step(&scene);
     const double push = sim_wrench(scene.sim, 0)->force.z;
     const double side = CELLS * CELL;

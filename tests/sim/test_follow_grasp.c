@@ -21,17 +21,6 @@ static ToolOptions jaws(double radius)
                          .grip_stiffness = 0.3};
 }
 
-static void create(ToyScene *scene, const ToolOptions *tool)
-{
-    ToySceneOptions options = {.cells = CELLS,
-                               .cell = CELL,
-                               .lockstep = true,
-                               .rate_hz = 1000.0,
-                               .tool_count = 1,
-                               .tool = tool};
-    toy_scene_create(scene, &options);
-}
-
 static void pull(ToyScene *scene, Vec3 position, double grip)
 {
     ToolPose pose = {
@@ -53,7 +42,7 @@ TEST(what_lies_within_the_jaws_is_held_at_any_level)
     const Vec3 at = {0.002, -0.003, 0.001}, away = {0.0, 0.0, 0.002};
     ToolOptions tool = jaws(radius);
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     const Body *body = scene.body[0];
     Toy *toy = scene.toy[0];
@@ -96,7 +85,7 @@ TEST(points_of_faces_pass_on_and_give_way_to_nodes)
 {
     ToolOptions tool = jaws(0.0029);
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     Toy *toy = scene.toy[0];
     // Amid a face of the coarse sheet: its corners are 3.5 mm away or more.
@@ -133,7 +122,7 @@ TEST(letting_go_clears_what_was_known)
 {
     ToolOptions tool = jaws(0.02);
     SCOPED(toy_scene_destroy) ToyScene scene;
-    create(&scene, &tool);
+    toy_scene_touched(&scene, CELLS, CELL, &tool);
     const Attachment *grip = scene.sim->attachment[0];
     uint64_t random = 21;
     for (int k = 0; k < 50; k++) {

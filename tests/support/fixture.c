@@ -155,6 +155,14 @@ FixtureOptions fixture_loadable(void)
                             .may_load = true};
 }
 
+FixtureOptions fixture_hinged(double modulus)
+{
+    FixtureOptions options = {.material = fixture_material(0.0), .integrator = INTEGRATOR_LEAPFROG};
+    options.material.youngs_modulus_2d = modulus;
+    options.material.bending_stiffness = 1e-4;
+    return options;
+}
+
 void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureOptions *options)
 {
     TriMesh mesh;

@@ -70,6 +70,8 @@ void fixture_forces(TriMesh *mesh, const FixtureOptions *like, const Vec3 *x, Ve
 
 // A damped sphere on shape springs, one kick per tick, that takes loads.
 FixtureOptions fixture_loadable(void);
+// A wall that bends and hardly stretches, so that nothing hides the hinges.
+FixtureOptions fixture_hinged(double modulus);
 // On a mesh that `make` makes, and on that of fixture_sphere.
 void fixture_create_on(Fixture *fixture, void (*make)(TriMesh *), const FixtureOptions *options);
 void fixture_create_sphere(Fixture *fixture, const FixtureOptions *options);

@@ -90,6 +90,11 @@ int harness_teardown(void **state)
     return 0;
 }
 
+bool file_exists(const char *path)
+{
+    return access(path, F_OK) == 0;
+}
+
 const char *scratch(const char *name)
 {
     static struct Path {

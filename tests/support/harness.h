@@ -22,6 +22,7 @@ const char *program_path(const char *name);
 int harness_teardown(void **state);
 // A path in the scratch folder, valid forever.
 const char *scratch(const char *name);
+bool file_exists(const char *path);
 void write_text(const char *path, const char *text);
 
 typedef struct Process {

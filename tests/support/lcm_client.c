@@ -494,12 +494,23 @@ int insist(Client *client, Client *also, int kind, int64_t value, const char *ar
     return send_until_answered(client, also, &(Request){m.id, publish_made, &m}, 0.05, true);
 }
 
+static int find_event(const Client *client, const char *kind)
+{
+    int i = 0;
+    while (i < client->events && strcmp(client->event[i].kind, kind) != 0)
+        i++;
+    return i;
+}
+
+const char *event_text(const Client *client, const char *kind)
+{
+    const int i = find_event(client, kind);
+    return i < client->events ? client->event[i].text : "";
+}
+
 bool saw_event(const Client *client, const char *kind)
 {
-    for (int i = 0; i < client->events; i++)
-        if (strcmp(client->event[i].kind, kind) == 0)
-            return true;
-    return false;
+    return find_event(client, kind) < client->events;
 }
 
 int64_t refused(const Client *client, const char *reason)

@@ -180,6 +180,7 @@ const Reply *answer_to(Client *client, int32_t id,
 // meanwhile.
 int insist(Client *client, Client *also, int kind, int64_t value, const char *argument);
 bool saw_event(const Client *client, const char *kind);
+const char *event_text(const Client *client, const char *kind); // of the first such one; "": none
 int64_t refused(const Client *client, const char *reason);
 // A status that was sent after everything before this call had been handled.
 void client_fresh_status(Client *client);

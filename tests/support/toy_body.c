@@ -345,6 +345,16 @@ void toy_scene_create(ToyScene *scene, const ToySceneOptions *options)
     ASSERT(good);
 }
 
+void toy_scene_touched(ToyScene *scene, int cells, double cell, const ToolOptions *tool)
+{
+    toy_scene_create(scene, &(ToySceneOptions){.cells = cells,
+                                               .cell = cell,
+                                               .lockstep = true,
+                                               .rate_hz = 1000.0,
+                                               .tool_count = 1,
+                                               .tool = tool});
+}
+
 void toy_scene_destroy(ToyScene *scene)
 {
     mesh_destroy(&scene->mesh);

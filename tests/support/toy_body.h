@@ -140,6 +140,8 @@ TriMesh toy_sheet(int cells, double cell);
 // False with `status` when the scene is refused; to be destroyed all the same.
 bool toy_scene_try(ToyScene *scene, const ToySceneOptions *options, Status *status);
 void toy_scene_create(ToyScene *scene, const ToySceneOptions *options); // aborts when refused
+// One body and one tool, in lockstep at 1 kHz.
+void toy_scene_touched(ToyScene *scene, int cells, double cell, const ToolOptions *tool);
 void toy_scene_destroy(ToyScene *scene);
 // A tick; forces are those of this tick.
 void toy_scene_step(ToyScene *scene);

@@ -6,16 +6,6 @@
 #include "random.h"
 #include "surface/bending.h"
 
-// A wall that bends and hardly stretches, so that nothing hides the hinges.
-static FixtureOptions hinged(double modulus)
-{
-    FixtureOptions options = {.material = fixture_material(0.0)};
-    options.material.youngs_modulus_2d = modulus;
-    options.material.bending_stiffness = 1e-4;
-    options.integrator = INTEGRATOR_LEAPFROG;
-    return options;
-}
-
 // An eighth of an edge at most: no face comes near the size at which hinges fade.
 static void deform(const TriMesh *mesh, uint64_t seed, Vec3 *x)
 {
@@ -30,7 +20,7 @@ static void forces_in(Precision precision, const Vec3 *x, double modulus, void (
 {
     TriMesh mesh;
     make(&mesh);
-    FixtureOptions options = hinged(modulus);
+    FixtureOptions options = fixture_hinged(modulus);
     options.precision = precision;
     fixture_forces(&mesh, &options, x, force);
 }
@@ -42,7 +32,7 @@ static void forces(const Vec3 *x, double modulus, void (*make)(TriMesh *), Vec3 
 
 static double energy_at(const Vec3 *x, double modulus, void (*make)(TriMesh *))
 {
-    FixtureOptions options = hinged(modulus);
+    FixtureOptions options = fixture_hinged(modulus);
     options.initial_position = x;
     SCOPED(fixture_destroy) Fixture fixture;
     fixture_create_on(&fixture, make, &options);
@@ -113,7 +103,7 @@ static void keeps_momentum(IntegratorKind integrator)
     uint64_t seed = 5;
     for (int i = 0; i < mesh.node_count; i++)
         v[i] = vec3_add(vec3(0.1, 0.0, 0.05), vec3_scale(0.1, random_vec3(&seed)));
-    FixtureOptions options = hinged(80.0);
+    FixtureOptions options = fixture_hinged(80.0);
     options.integrator = integrator;
     options.initial_velocity = v;
     options.material.damping_time = 1e-4; // hinges are damped too
@@ -161,7 +151,7 @@ TEST(folded_faces_give_finite_forces)
         for (int i = 0; i < mesh.node_count; i++)
             assert_true(vec3_finite(force[i]));
         // From there it moves on, at the step of the bounds.
-        FixtureOptions options = hinged(80.0);
+        FixtureOptions options = fixture_hinged(80.0);
         options.material.damping_time = 2e-4;
         options.shape = fixture_shape(SHAPE_WORLD);
         options.initial_position = x;
@@ -185,7 +175,7 @@ TEST(bound_holds_the_largest_eigenvalue)
     for (int m = 0; m < 3; m++) {
         SCOPED(mesh_destroy) TriMesh mesh;
         make[m](&mesh);
-        FixtureOptions options = hinged(1e-6);
+        FixtureOptions options = fixture_hinged(1e-6);
         SCOPED(fixture_destroy) Fixture fixture;
         TriMesh same;
         make[m](&same);
@@ -220,11 +210,11 @@ TEST(bound_holds_the_largest_eigenvalue)
 
 TEST(refuses_free_hanging_nodes_and_what_is_no_wall)
 {
-    FixtureOptions options = hinged(80.0);
+    FixtureOptions options = fixture_hinged(80.0);
     options.levels = 1;
     options.adjust = ADJUST_CHOI2005;
     fixture_expect_refusal(&options, "bending");
-    options = hinged(80.0);
+    options = fixture_hinged(80.0);
     options.material.bending_stiffness = 0.0;
     options.material.thickness = 0.11; // of a sphere of 0.1 m
     fixture_expect_refusal(&options, "thickness");

@@ -5,16 +5,6 @@
 #include "sim_steps.h"
 #include "fixture.h"
 
-// A wall that bends and hardly stretches, so that nothing hides the hinges.
-static FixtureOptions hinged(double modulus)
-{
-    FixtureOptions options = {.material = fixture_material(0.0)};
-    options.material.youngs_modulus_2d = modulus;
-    options.material.bending_stiffness = 1e-4;
-    options.integrator = INTEGRATOR_LEAPFROG;
-    return options;
-}
-
 // --- plates -------------------------------------------------------------------------------------
 
 static const double SIDE = 0.1; // [m] of an equilateral plate
@@ -60,7 +50,7 @@ static double deflection(IntegratorKind integrator, int level, double pressure, 
     TriMesh mesh;
     make_triangle(&mesh, PARTS, border, &count);
     FixedRegion fixed = {.kind = FIXED_NODES, .node = border, .node_count = count};
-    FixtureOptions options = hinged(80.0);
+    FixtureOptions options = fixture_hinged(80.0);
     options.integrator = integrator;
     options.levels = options.start_level = level;
     options.fixed = &fixed;
@@ -158,7 +148,7 @@ TEST(a_pinched_cylinder_becomes_an_oval)
     for (int level = 0; level < 3; level++) {
         TriMesh mesh;
         make_cylinder(&mesh);
-        FixtureOptions options = hinged(80.0);
+        FixtureOptions options = fixture_hinged(80.0);
         options.material.bending_stiffness = D;
         options.material.areal_density = 0.1;
         options.precision = PRECISION_DOUBLE;
