@@ -51,51 +51,59 @@ static void publish(Published *published, const pliant_tool_pose_t *pose, int64_
     published->at_ns = now;
 }
 
-static void take(ToolPath *path, Published *published, const pliant_tool_pose_t *pose, double time,
-                 int64_t now)
+// A path, what comes of it, and the time now.
+typedef struct Trial {
+    ToolPath path;
+    Published published;
+    uint64_t chance;
+    int64_t now;
+} Trial;
+
+// A hand begins to move at `place` [s of its way], at the page's `time` [s].
+static void begin(Trial *trial, double place, double time)
 {
-    if (path_take(path, pose, time, now))
-        publish(published, pose, now);
+    const pliant_tool_pose_t pose = pose_at(place, true);
+    path_begin(&trial->path, &pose, time, trial->now);
+    publish(&trial->published, &pose, trial->now);
+}
+
+static void take(Trial *trial, double place, bool active, double time)
+{
+    const pliant_tool_pose_t pose = pose_at(place, active);
+    if (path_take(&trial->path, &pose, time, trial->now))
+        publish(&trial->published, &pose, trial->now);
 }
 
 // Turns in time, or late by up to `late` ms, until the time `to`.
-static void turn(ToolPath *path, Published *published, int64_t *now, int64_t to, uint64_t *chance,
-                 int late)
+static void turn(Trial *trial, int64_t to, int late)
 {
-    while (*now + PATH_STEP_MS * MS <= to) {
+    while (trial->now + PATH_STEP_MS * MS <= to) {
         pliant_tool_pose_t pose;
-        *now += (PATH_STEP_MS + (late > 0 ? random_below(chance, late) : 0)) * MS;
-        if (path_turn(path, *now, &pose))
-            publish(published, &pose, *now);
+        trial->now += (PATH_STEP_MS + (late > 0 ? random_below(&trial->chance, late) : 0)) * MS;
+        if (path_turn(&trial->path, trial->now, &pose))
+            publish(&trial->published, &pose, trial->now);
     }
-    *now = *now > to ? *now : to;
+    trial->now = trial->now > to ? trial->now : to;
 }
 
 // A browser that draws for 50 to 600 ms at a time, and then sends what the pointer did meanwhile.
 static Published stroke(uint64_t seed, int late)
 {
-    static ToolPath path;
-    Published published = {0};
-    uint64_t chance = seed;
-    int64_t now = 5000 * MS;
-    const int64_t began = now;
+    Trial trial = {.chance = seed, .now = 5000 * MS};
+    const int64_t began = trial.now;
     double sent = 0.0;
-    pliant_tool_pose_t pose = pose_at(0.0, true);
-    path_begin(&path, &pose, 100.0, now);
-    publish(&published, &pose, now);
+    begin(&trial, 0.0, 100.0);
     while (sent < WHOLE) {
-        turn(&path, &published, &now, now + (50 + random_below(&chance, 551)) * MS, &chance, late);
-        const double moved = 1e-9 * (double)(now - began);
+        turn(&trial, trial.now + (50 + random_below(&trial.chance, 551)) * MS, late);
+        const double moved = 1e-9 * (double)(trial.now - began);
         while (sent < WHOLE && sent + 0.008 <= moved) {
             sent = fmin(sent + 0.008, WHOLE);
-            pose = pose_at(sent, true);
-            take(&path, &published, &pose, 100.0 + sent, now);
+            take(&trial, sent, true, 100.0 + sent);
         }
     }
-    pose = pose_at(WHOLE, false); // the button is released while the mouse rests
-    take(&path, &published, &pose, 100.05 + WHOLE, now);
-    turn(&path, &published, &now, now + 3000 * MS, &chance, late);
-    return published;
+    take(&trial, WHOLE, false, 100.05 + WHOLE); // the button is released while the mouse rests
+    turn(&trial, trial.now + 3000 * MS, late);
+    return trial.published;
 }
 
 TEST(gaps_and_bursts_of_a_browser_become_one_even_path)
@@ -129,84 +137,58 @@ TEST(poses_that_come_evenly_are_published_as_they_come)
 
 TEST(a_page_that_stays_silent_lets_go_after_a_second)
 {
-    static ToolPath path;
-    Published published = {0};
-    uint64_t chance = 1;
-    int64_t now = 0;
-    pliant_tool_pose_t pose = pose_at(0.5, true);
-    path_begin(&path, &pose, 0.0, 0);
-    turn(&path, &published, &now, 10000 * MS, &chance, 0);
-    expect_near(1e-9 * (double)published.at_ns, 1.0, 0.021); // the last of the repeats
+    Trial trial = {.chance = 1};
+    begin(&trial, 0.5, 0.0);
+    turn(&trial, 10000 * MS, 0);
+    expect_near(1e-9 * (double)trial.published.at_ns, 1.0, 0.021); // the last of the repeats
     // It begins again where the page says, at once: what was between is not known.
-    pose = pose_at(1.5, true);
-    assert_true(path_take(&path, &pose, 10.0, now));
+    const pliant_tool_pose_t pose = pose_at(1.5, true);
+    assert_true(path_take(&trial.path, &pose, 10.0, trial.now));
 }
 
 TEST(after_a_longer_stall_a_known_way_begins_again_where_it_was)
 {
-    static ToolPath path;
-    Published published = {0};
-    uint64_t chance = 1;
-    int64_t now = 0;
-    pliant_tool_pose_t pose = pose_at(0.0, true);
-    path_begin(&path, &pose, 0.0, 0);
-    publish(&published, &pose, 0);
+    Trial trial = {.chance = 1};
+    begin(&trial, 0.0, 0.0);
     // 1.8 s of the hand's way in one burst, each with its time.
-    turn(&path, &published, &now, 1800 * MS, &chance, 0);
-    for (int k = 1; k <= 225; k++) {
-        pose = pose_at(0.008 * k, true);
-        take(&path, &published, &pose, 0.008 * k, now);
-    }
-    turn(&path, &published, &now, now + PATH_STEP_MS * MS, &chance, 0);
-    expect_near(published.way, 0.0, 0.0);
-    turn(&path, &published, &now, now + 3000 * MS, &chance, 0);
-    expect_at_most(published.step, 0.0481 * SPEED); // as above
-    expect_near(published.way, 1.8 * SPEED, 1e-12);
+    turn(&trial, 1800 * MS, 0);
+    for (int k = 1; k <= 225; k++)
+        take(&trial, 0.008 * k, true, 0.008 * k);
+    turn(&trial, trial.now + PATH_STEP_MS * MS, 0);
+    expect_near(trial.published.way, 0.0, 0.0);
+    turn(&trial, trial.now + 3000 * MS, 0);
+    expect_at_most(trial.published.step, 0.0481 * SPEED); // as above
+    expect_near(trial.published.way, 1.8 * SPEED, 1e-12);
 }
 
 TEST(a_second_stroke_does_not_begin_where_the_first_one_ended)
 {
-    static ToolPath path;
-    Published published = {0};
-    uint64_t chance = 1;
-    int64_t now = 0;
-    pliant_tool_pose_t pose = pose_at(0.0, true);
-    path_begin(&path, &pose, 0.0, 0);
-    publish(&published, &pose, 0);
+    Trial trial = {.chance = 1};
+    begin(&trial, 0.0, 0.0);
     // All in one burst: there, up, down elsewhere, up.
-    turn(&path, &published, &now, 400 * MS, &chance, 0);
+    turn(&trial, 400 * MS, 0);
     const double place[] = {0.1, 0.2, 1.8, 1.9};
     for (int k = 0; k < 4; k++) {
-        pose = pose_at(place[k], true);
-        take(&path, &published, &pose, 0.1 * k, now);
-        if (k % 2) {
-            pose.active = 0;
-            take(&path, &published, &pose, 0.1 * k, now);
-        }
+        take(&trial, place[k], true, 0.1 * k);
+        if (k % 2)
+            take(&trial, place[k], false, 0.1 * k);
     }
-    turn(&path, &published, &now, 3000 * MS, &chance, 0);
-    assert_int_equal(published.withdrawals, 2);
-    expect_at_most(published.step, 0.2 * SPEED); // the way between the strokes is 1.6
-    expect_near(published.way, 1.9 * SPEED, 1e-12);
+    turn(&trial, 3000 * MS, 0);
+    assert_int_equal(trial.published.withdrawals, 2);
+    expect_at_most(trial.published.step, 0.2 * SPEED); // the way between the strokes is 1.6
+    expect_near(trial.published.way, 1.9 * SPEED, 1e-12);
 }
 
 TEST(a_flood_of_poses_loses_no_withdrawal)
 {
-    static ToolPath path;
-    Published published = {0};
-    uint64_t chance = 1;
-    int64_t now = 0;
-    pliant_tool_pose_t pose = pose_at(0.0, true);
-    path_begin(&path, &pose, 0.0, 0);
-    turn(&path, &published, &now, 400 * MS, &chance, 0);
-    for (int k = 0; k < 10 * PATH_POINTS; k++) {
-        pose = pose_at(1e-4 * k, k % 300 != 299);
-        take(&path, &published, &pose, 1e-3 * k, now);
-    }
-    assert_int_equal(path.count, PATH_POINTS);
-    pose = pose_at(0.5, false);
-    take(&path, &published, &pose, 2.0, now);
-    turn(&path, &published, &now, 20000 * MS, &chance, 0);
-    assert_false(published.last.active);
-    assert_int_equal(path.count, 0);
+    Trial trial = {.chance = 1};
+    begin(&trial, 0.0, 0.0);
+    turn(&trial, 400 * MS, 0);
+    for (int k = 0; k < 10 * PATH_POINTS; k++)
+        take(&trial, 1e-4 * k, k % 300 != 299, 1e-3 * k);
+    assert_int_equal(trial.path.count, PATH_POINTS);
+    take(&trial, 0.5, false, 2.0);
+    turn(&trial, 20000 * MS, 0);
+    assert_false(trial.published.last.active);
+    assert_int_equal(trial.path.count, 0);
 }
