@@ -171,7 +171,7 @@ static inline __attribute__((always_inline)) void
 move_rows(const Rows *rows, void *row, bool single, Quat back, Vec3 center, Vec3 rest, Vec3 speed)
 {
     for (int s = 0; s < rows->count; s++) {
-        if (rows->owner != NULL && rows->owner[s] < 0)
+        if ((rows->owner != NULL && rows->owner[s] < 0) || rows_is_carried(rows, s))
             continue;
         Vec3 u, v;
         load(row, single, s, &u, &v);
@@ -231,8 +231,11 @@ bool rows_follow(Rows *rows, void *row)
     BaseFrame *frame = rows->frame;
     frame->ticks++;
     double moved = 0.0; // of one node, the first
+    long first = 0;
+    while (rows_is_carried(rows, (int)first))
+        first++;
     for (int c = 0; c < 3; c++)
-        moved += fabs(rows_get(rows, row, c));
+        moved += fabs(rows_get(rows, row, first * ROW + c));
     bool far = moved > 0.1 * rows->longest_edge && frame->ticks >= FOLLOW_LEAST;
     if (frame->ticks < FOLLOW_TICKS && !far)
         return false;
@@ -376,8 +379,14 @@ static inline void turn(const Four column[3], Four *v)
 // Decisions of the loop below, made once.
 typedef struct Kind {
     bool single, displaced, turned; // as in the rows
+    bool carried;                   // some are
     bool whole;                     // as in store
 } Kind;
+
+static inline const void *from(const Rows *rows, Kind kind, const void *row, long at)
+{
+    return kind.carried ? rows_of(rows, row, (int)at) : row;
+}
 
 // Rows slot[first .. last).
 static inline __attribute__((always_inline)) void take(const Rows *rows, Kind kind, const void *row,
@@ -400,10 +409,10 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
     for (long i = first; i < last; i++) {
         const long slot = slots[i], soon = slots[i + AHEAD < last ? i + AHEAD : i];
         // Slots are scattered: fetch ahead.
-        __builtin_prefetch((const char *)row + soon * (long)(ROW * real));
+        __builtin_prefetch((const char *)from(rows, kind, row, soon) + soon * (long)(ROW * real));
         if (kind.displaced)
             __builtin_prefetch(rows->rest[soon]);
-        const void *own = (const char *)row + slot * (long)(ROW * real);
+        const void *own = (const char *)from(rows, kind, row, slot) + slot * (long)(ROW * real);
         Four x, v;
         // Rest position, displacement, turn and origin: the position in the world.
         load_four(own, kind.single, 0, &x);
@@ -445,20 +454,23 @@ static inline __attribute__((always_inline)) void take_of(const Rows *rows, cons
                                                           float *position, float *velocity)
 {
     // One copy of the loop for each kind of rows: no decision per node.
-    const bool single = rows->precision == PRECISION_SINGLE;
+    const bool single = rows->precision == PRECISION_SINGLE, carried = rows->carried_end > 0;
+#define TAKE(...) take_all(rows, (Kind){__VA_ARGS__}, row, slot, count, position, velocity)
     if (!rows->displaced)
-        take_all(rows, (Kind){0}, row, slot, count, position, velocity);
+        TAKE(0);
+    else if (single && rows->turned && carried)
+        TAKE(.single = true, .displaced = true, .turned = true, .carried = true);
     else if (single && rows->turned)
-        take_all(rows, (Kind){.single = true, .displaced = true, .turned = true}, row, slot, count,
-                 position, velocity);
+        TAKE(.single = true, .displaced = true, .turned = true);
     else if (single)
-        take_all(rows, (Kind){.single = true, .displaced = true}, row, slot, count, position,
-                 velocity);
+        TAKE(.single = true, .displaced = true);
+    else if (rows->turned && carried)
+        TAKE(.displaced = true, .turned = true, .carried = true);
     else if (rows->turned)
-        take_all(rows, (Kind){.displaced = true, .turned = true}, row, slot, count, position,
-                 velocity);
+        TAKE(.displaced = true, .turned = true);
     else
-        take_all(rows, (Kind){.displaced = true}, row, slot, count, position, velocity);
+        TAKE(.displaced = true);
+#undef TAKE
 }
 
 void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count, float *position,

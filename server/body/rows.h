@@ -90,11 +90,15 @@ typedef struct FrameFall {
 
 typedef struct Rows {
     Precision precision;
-    bool displaced;    // rows hold u, else positions in the world; always in single precision
-    bool floating;     // displaced only: nothing fixes the body, the frame follows it
-    bool turned;       // displaced only: the rows' axes may not be the world's; floating implies it
-    int count;         // rows
-    const int *owner;  // [count] negative: a free row, which stays unchanged; NULL: all are used
+    bool displaced;   // rows hold u, else positions in the world; always in single precision
+    bool floating;    // displaced only: nothing fixes the body, the frame follows it
+    bool turned;      // displaced only: the rows' axes may not be the world's; floating implies it
+    int count;        // rows
+    const int *owner; // [count] negative: a free row, which stays unchanged; NULL: all are used
+    // Of rows that others carry, which are zero and turned: where they are, when that is known.
+    const bool *carried; // [carried_end]
+    int carried_end;     // 0: there are none
+    const void *carried_row;
     double (*rest)[3]; // [count] rest position, less rest_origin [m]
     Vec3 rest_origin;  // zero unless displaced
     Quat rest_turn;    // from the axes of `rest` to the world's; of turned rows
@@ -132,6 +136,17 @@ static inline Vec3 rows_vector(const Rows *rows, const void *row, int at, int fr
     long first = (long)at * ROW + from;
     return (Vec3){rows_get(rows, row, first), rows_get(rows, row, first + 1),
                   rows_get(rows, row, first + 2)};
+}
+
+static inline bool rows_is_carried(const Rows *rows, int at)
+{
+    return at < rows->carried_end && rows->carried[at];
+}
+
+// Returns the rows that tell where row `at` is, if that is known.
+static inline const void *rows_of(const Rows *rows, const void *row, int at)
+{
+    return rows_is_carried(rows, at) ? rows->carried_row : row;
 }
 
 // Reads position [m] and velocity [m/s] of row `at` in the world; velocity may be NULL.

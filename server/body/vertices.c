@@ -161,6 +161,12 @@ void vertices_retire(Vertices *vertices, int vertex)
         rows_put(&vertices->rows, vertices->row[vertices->current], (long)vertex * ROW + c, 0.0);
 }
 
+void vertices_clear(Vertices *vertices, int vertex)
+{
+    for (int c = 0; c < 2 * ROW; c++)
+        rows_put(&vertices->rows, vertices->row[c / ROW], (long)vertex * ROW + c % ROW, 0.0);
+}
+
 // The spare row counts as in use where it directly follows the vertices.
 void vertices_set_count(Vertices *vertices, int count)
 {
@@ -562,7 +568,7 @@ void vertices_measure(const Vertices *vertices, BodyMeasure *measure)
         if (load[0] == 0.0 && load[1] == 0.0 && load[2] == 0.0)
             continue;
         Vec3 x;
-        rows_read(rows, row, i, &x, NULL);
+        rows_read(rows, rows_of(rows, row, i), i, &x, NULL);
         measure->outer -= vec3_dot((Vec3){load[0], load[1], load[2]}, x);
     }
 }

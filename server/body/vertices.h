@@ -88,6 +88,8 @@ void vertices_create(Vertices *vertices, const BodyOptions *options, const Verte
 void vertices_put_mass(Vertices *vertices, int vertex, double mass, bool fixed);
 // Takes a vertex without elements out of the motion: it has no mass, and its row is zero.
 void vertices_retire(Vertices *vertices, int vertex);
+// Clears a row, in both arrays: it is at rest, at no place.
+void vertices_clear(Vertices *vertices, int vertex);
 // Sets the number of vertices in use.
 void vertices_set_count(Vertices *vertices, int count);
 

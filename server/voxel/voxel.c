@@ -84,10 +84,10 @@ static bool voxel_commit(void *self)
 {
     VoxelModel *model = self;
     const bool good = vertices_end(&model->vertices);
-    if (good && model->cuts != NULL)
-        cut_body_ended(model->cuts);
     if (good)
         vertices_follow(&model->vertices);
+    if (carries(model))
+        cut_carry_forget(model->cuts->carry);
     if (good && model->batches->relaxation != NULL)
         relaxation_commit(model->batches->relaxation);
     if (good && model->cuts != NULL && model->vertices.rows.floating)
@@ -99,8 +99,10 @@ static void voxel_abandon(void *self)
 {
     VoxelModel *model = self;
     vertices_abandon(&model->vertices);
-    if (carries(model))
+    if (carries(model)) {
         cut_release_forget(model->cuts->release, true);
+        cut_carry_forget(model->cuts->carry);
+    }
     if (model->batches->relaxation != NULL)
         relaxation_abandon(model->batches->relaxation);
 }
@@ -201,6 +203,8 @@ static void voxel_snapshot(const void *self, float *position, float *velocity)
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
+    if (carries(model))
+        cut_carry_all(model->cuts->carry);
     if (model->skin != NULL)
         skin_snapshot(model->skin, rows, row, position, velocity);
     else if (model->fitted != NULL)
@@ -212,6 +216,8 @@ static void voxel_snapshot(const void *self, float *position, float *velocity)
 static void voxel_snapshot_rows(const void *self, float *position, float *velocity)
 {
     const VoxelModel *model = self;
+    if (carries(model))
+        cut_carry_all(model->cuts->carry);
     fitted_snapshot_rows(model->fitted, &model->vertices.rows, vertices_row(&model->vertices),
                          position, velocity);
 }
@@ -265,6 +271,8 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
         .elastic = batch_runs_energy(model->batches, &pass),
         .refused = model->cuts != NULL ? model->cuts->refused : 0,
     };
+    if (carries(model) && model->vertices.loaded_count != 0)
+        cut_carry_all(model->cuts->carry);
     vertices_measure(&model->vertices, measure);
     if (model->cuts != NULL && model->cuts->tension != NULL)
         measure->outer += cut_tension_energy(model->cuts->tension, pass.rows, pass.stiffness_scale);

@@ -33,7 +33,7 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
     if (cuts->release != NULL)
         cut_release_follow(cuts->release, cuts->adapt->free);
     if (cuts->carry != NULL)
-        cut_carry_follow(cuts->carry, cuts->masses.touched, cuts->masses.touched_count);
+        cut_carry_follow(cuts->carry);
     cut_windows_update(&cuts->windows);
     cut_blades_follow(&cuts->blades);
     bool shown = cut_faces_follow(&cuts->faces, pieces_came, body, change);
@@ -329,6 +329,8 @@ void cut_body_restored(VoxelCuts *cuts, Body *body)
 
 void cut_body_restore(VoxelCuts *cuts, RestoreMode mode)
 {
+    if (cuts->carry != NULL)
+        cut_carry_forget(cuts->carry);
     if (cuts->tear.felt != NULL)
         cut_tear_forget(&cuts->tear);
     if (cuts->release != NULL)
@@ -348,26 +350,21 @@ void cut_body_committed(VoxelCuts *cuts)
         cut_masses_clear_free(masses);
 }
 
-void cut_body_ended(VoxelCuts *cuts)
-{
-    Vertices *vertices = cuts->masses.vertices;
-    if (cuts->carry != NULL)
-        cut_carry_update(cuts->carry, vertices->row[vertices->current]);
-}
-
-// Between ticks all rows are up to date.
 void cut_body_read(const VoxelModel *model, const int *vertex, int count, Vec3 *position,
                    Vec3 *velocity)
 {
     const Vertices *vertices = &model->vertices;
-    const CutCarry *carry = model->cuts->carry;
+    CutCarry *carry = model->cuts->carry;
     FitWeight weight[NODE_COUNT];
-    vertices_read_nodes(model, vertex, count, position, velocity);
-    if (vertices->present == vertices_row(vertices))
-        return;
+    const bool within = vertices->present != vertices_row(vertices); // a tick
     for (int i = 0; i < count; i++) {
-        if (!cut_lattice_is_carried(carry->lattice, vertex[i]))
+        if (!within || !cut_lattice_is_carried(carry->lattice, vertex[i])) {
+            const void *row =
+                within ? vertices->present : cut_carry_rows(carry, vertices->present, vertex[i]);
+            rows_read(&vertices->rows, row, vertex[i], &position[i],
+                      velocity == NULL ? NULL : &velocity[i]);
             continue;
+        }
         const int carriers = cut_carry_weights(carry, vertex[i], weight);
         Vec3 x = {0.0, 0.0, 0.0}, v = {0.0, 0.0, 0.0};
         for (int w = 0; w < carriers; w++) {
@@ -728,7 +725,10 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
     model->vertices.rows.owner = masses->lattice->vertex_id; // negative ids are free rows
     model->cuts->carry = ALLOCATE(ARENA_STEP, 1, CutCarry, "carried vertices");
     cut_carry_create(model->cuts->carry, masses->lattice, &model->vertices, name, arena);
-    masses->carry = model->cuts->carry;
+    masses->carry = model->cuts->lattice.carry = model->cuts->carry;
+    model->vertices.rows.carried = masses->lattice->carried;
+    model->vertices.rows.carried_end = masses->lattice->kept_end;
+    model->vertices.rows.carried_row = model->cuts->carry->row;
 }
 
 void cut_body_create_batches(VoxelModel *model, const VoxelMaking *making, Arena *arena,

@@ -61,8 +61,6 @@ bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came
                      TopologyChange *change);
 
 // --- parts of operations that all voxel bodies have ---
-// Brings carried vertices to their place when a tick has ended, before the frame follows the body.
-void cut_body_ended(VoxelCuts *cuts);
 // Keeps vertices without elements in their place, after the frame has followed the body.
 void cut_body_committed(VoxelCuts *cuts);
 // Reads positions and velocities, of carried vertices from what carries them.

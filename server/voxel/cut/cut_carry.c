@@ -139,19 +139,35 @@ static bool is_single(const CutCarry *carry)
     return carry->vertices->rows.precision == PRECISION_SINGLE;
 }
 
-void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count)
+static void find_by(const CutCarry *carry, const void *row, int leaf)
 {
     if (is_single(carry))
-        for (int k = 0; k < count; k++)
-            update_single(carry, leaf[k], row);
+        update_single(carry, leaf, row);
     else
-        for (int k = 0; k < count; k++)
-            update_double(carry, leaf[k], row);
+        update_double(carry, leaf, row);
 }
 
-void cut_carry_update(CutCarry *carry, void *row)
+void cut_carry_find(CutCarry *carry, int leaf)
 {
-    cut_carry_update_some(carry, row, carry->leaf, carry->leaf_count);
+    unsigned *known = &carry->known[leaf - carry->lattice->level_first[1]];
+    if (*known != carry->now)
+        find_by(carry, vertices_row(carry->vertices), leaf);
+    *known = carry->now;
+}
+
+void cut_carry_all(CutCarry *carry)
+{
+    for (int k = 0; k < carry->leaf_count; k++)
+        cut_carry_find(carry, carry->leaf[k]);
+}
+
+void cut_carry_update_some(CutCarry *carry, const void *row, const int *leaf, int count)
+{
+    for (int k = 0; k < count; k++) {
+        find_by(carry, row, leaf[k]);
+        // Not where they are between ticks.
+        carry->known[leaf[k] - carry->lattice->level_first[1]] = carry->now - 1;
+    }
 }
 
 int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf)
@@ -199,13 +215,24 @@ void cut_carry_want_moves(CutCarry *carry, const char *name, Arena *arena)
     carry->moved = ALLOCATE(ARENA_OUTPUT, kept, int, "moved vertices");
 }
 
+// True if it is known where a vertex was before the current change.
+static bool is_known(const CutCarry *carry, int vertex)
+{
+    const int leaf = carry->leaf_of[vertex];
+    return leaf >= 0 && carry->known[leaf - carry->lattice->level_first[1]] == carry->now;
+}
+
 void cut_carry_note_move(CutCarry *carry, int vertex)
 {
     const Vertices *vertices = carry->vertices;
     if (carry->move == NULL || !cut_lattice_is_kept(carry->lattice, vertex) ||
         carry->moved[vertex] > 0)
         return;
-    const Vec3 u = rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0);
+    const bool carried = carry->leaf_of[vertex] >= 0;
+    if (carried && !is_known(carry, vertex))
+        return; // it is beside no merge
+    const void *row = carried ? carry->row : vertices_row(vertices);
+    const Vec3 u = rows_vector(&vertices->rows, row, vertex, 0);
     carry->move[carry->move_count++] = (CarryMove){vertex, {u.x, u.y, u.z}};
     carry->moved[vertex] = carry->move_count;
 }
@@ -287,32 +314,37 @@ static void settle_of(CutCarry *carry, int vertex)
     settle(carry, leaf);
 }
 
-// Updates the carried vertices of the leaves around some vertices.
-static void refresh(CutCarry *carry, const int *vertex, int count)
+void cut_carry_before(CutCarry *carry, int element)
 {
-    const CutLattice *lattice = carry->lattice;
-    void *row = carry->vertices->row[carry->vertices->current];
-    carry->stamp++;
-    for (int k = 0; k < count; k++) {
-        int point[3], leaf[8];
-        if (lattice->vertex_id[vertex[k]] < 0)
+    const bool merges = carry->move != NULL && carry->lattice->divided[element];
+    CutBlocks around;
+    cut_split_find_blocks(carry->lattice, element, &around);
+    for (int b = 0; b < 64; b++) {
+        const int leaf = around.leaf[b / 16][b / 4 % 4][b % 4];
+        const int at = leaf - carry->lattice->level_first[1];
+        if (leaf < 0 || at < 0 || carry->place[at] < 0)
             continue;
-        cut_lattice_point(lattice, vertex[k], point);
-        cut_lattice_around(lattice, point, leaf);
-        for (int s = 0; s < 8; s++) {
-            const int at = leaf[s] - lattice->level_first[1];
-            if (leaf[s] < 0 || at < 0 || carry->place[at] < 0 || carry->seen[at] == carry->stamp)
-                continue;
-            carry->seen[at] = carry->stamp;
-            for (int i = carry->first[at]; i < carry->end[at] && carry->move != NULL; i++)
-                if (carry->leaf_of[carry->vertex[i]] >= 0)
-                    cut_carry_note_move(carry, carry->vertex[i]);
-            cut_carry_update_some(carry, row, &leaf[s], 1);
-        }
+        cut_carry_find(carry, leaf);
+        for (int i = carry->first[at]; i < carry->end[at] && merges; i++)
+            if (carry->leaf_of[carry->vertex[i]] >= 0)
+                cut_carry_note_move(carry, carry->vertex[i]);
     }
 }
 
-void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
+bool cut_carry_give_back(CutCarry *carry, int vertex)
+{
+    const Vertices *vertices = carry->vertices;
+    if (carry->leaf_of[vertex] < 0)
+        return true; // it still has its row
+    if (!is_known(carry, vertex))
+        return false;
+    for (long c = (long)vertex * ROW; c < ((long)vertex + 1) * ROW; c++)
+        rows_put(&vertices->rows, vertices->row[vertices->current], c,
+                 rows_get(&vertices->rows, carry->row, c));
+    return true;
+}
+
+void cut_carry_follow(CutCarry *carry)
 {
     const CutLattice *lattice = carry->lattice;
     const CutChanges *changes = &lattice->changes;
@@ -338,8 +370,7 @@ void cut_carry_follow(CutCarry *carry, const int *vertex, int count)
         settle_of(carry, changes->ended[i].vertex);
     for (int i = 0; i < changes->birth_count; i++)
         settle_of(carry, changes->birth[i].vertex);
-    if (changes->merged_count > 0) // a division moves nothing
-        refresh(carry, vertex, count);
+    cut_carry_forget(carry);
 }
 
 int cut_carry_count(const CutCarry *carry)
@@ -360,6 +391,11 @@ void cut_carry_derive(CutCarry *carry)
     for (int at = 0; at < larger; at++)
         if (carry->first[at] < carry->end[at] && cut_lattice_is_leaf(lattice, cells + at))
             settle(carry, cells + at);
+    // A file may hold anything.
+    for (int v = 0; v < lattice->kept_end; v++)
+        if (carry->leaf_of[v] >= 0)
+            vertices_clear(carry->vertices, v);
+    cut_carry_forget(carry);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -443,7 +479,10 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->need = ALLOCATE(ARENA_STEP, larger, unsigned, "middles of carrying elements");
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
     carry->leaf = ALLOCATE(ARENA_STEP, larger, int, "carrying elements");
-    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "updated elements");
+    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "elements that were looked at");
+    carry->known = ALLOCATE(ARENA_STEP, larger, unsigned, "elements with known vertices");
+    carry->row = arena_allocate(arena, ARENA_STEP, ROW * (size_t)kept,
+                                rows_real_size(&vertices->rows), "%s/carried rows", name);
     sort_vertices(carry);
     cut_carry_derive(carry);
 }

@@ -2,8 +2,21 @@
 // Carried vertices of a body that adapts: those that are shown for ever (cut_lattice.h) while no
 // element has them. Each is where the element around it takes it: trilinear between the vertices of
 // an octant, absent ones by the template's rule, by which divisions place new vertices too. So a
-// division moves none of them. Their rows are up to date after each tick and each change; within a
-// tick they drift with their velocity.
+// division moves none of them.
+//
+// Their own rows are zero. Where they are is computed element by element where somebody asks, once
+// between two changes of what they follow from, into rows of their own (cut_carry_rows): a body has
+// tens of thousands of them, of which a tick needs a few hundred. Everything that reads the row of
+// a kept vertex is one of these:
+// - nodes of contacts, holds and loads: cut_body_read, within a tick by weights;
+// - searches for nodes: cut_faces_find_nodes, of elements that the region meets;
+// - places before a change, of what comes back and of fades: cut_carry_before;
+// - fades: cut_fit_fade.c, of the cells around a point;
+// - what is shown and recorded, and the potential of loads: all of them, cut_carry_all;
+// - fibres of a tension: cut_carry_update_some, of their elements.
+// Elements, blades, tears, heat, removers, adaptation, estimates and masses read vertices of
+// elements. Bounds of motion need no others, since carried vertices are between these. Hashes and
+// checkpoints hold zeros.
 //
 // Step thread, except cut_carry_create.
 #ifndef PLIANT_VOXEL_CUT_CUT_CARRY_H
@@ -47,6 +60,9 @@ typedef struct CutCarry {
     int *place;      // [element - level_first[1]] in `leaf`; -1: it is not there
     int *leaf;       // leaves with carried vertices, in no order that matters
     int leaf_count;
+    // --- derived from the rows of elements' vertices ---
+    void *row;            // Real [kept_end][ROW] where carried vertices are (rows.h)
+    unsigned *known, now; // [element - level_first[1]] of its carried vertices that is so: now
     // --- of the current change ---
     CarryMove *move; // [kept_end] NULL: nobody wants to know
     int *moved;      // [kept_end] 1 + its place in `move`; 0: it is not there
@@ -66,18 +82,39 @@ void cut_carry_want_moves(CutCarry *carry, const char *name, Arena *arena);
 // Call it before the row of a vertex changes in a merge.
 void cut_carry_note_move(CutCarry *carry, int vertex);
 void cut_carry_forget_moves(CutCarry *carry);
-// Updates the lists after changes of the lattice; after merges also the rows of all carried
-// vertices of the elements around some vertices, whose rows have changed.
-void cut_carry_follow(CutCarry *carry, const int *vertex, int count);
+// Finds out where the vertices are that an element, or its children, and the leaves around carry,
+// before it is divided or they merge: some of them come back, and merges move some.
+void cut_carry_before(CutCarry *carry, int element);
+// Sets the row of a vertex that is no longer carried to where it was: one that was until the
+// current change, or within it. False: that is unknown.
+bool cut_carry_give_back(CutCarry *carry, int vertex);
+// Updates the lists after changes of the lattice.
+void cut_carry_follow(CutCarry *carry);
 // Returns the number of carried vertices.
 int cut_carry_count(const CutCarry *carry);
-// Updates all carried rows from those of the elements' vertices in `row` (rows.h).
-void cut_carry_update(CutCarry *carry, void *row);
+// Call it when rows of elements' vertices have changed.
+static inline void cut_carry_forget(CutCarry *carry)
+{
+    carry->now++; // goes round in days
+}
+// Finds out where the vertices of a carrying element are, or all carried ones, between ticks.
+void cut_carry_find(CutCarry *carry, int leaf);
+void cut_carry_all(CutCarry *carry);
+// Returns the rows that tell between ticks where a vertex is: `row`, unless it is carried.
+static inline const void *cut_carry_rows(CutCarry *carry, const void *row, int vertex)
+{
+    if (carry == NULL || vertex >= carry->lattice->kept_end || carry->leaf_of[vertex] < 0)
+        return row;
+    const int leaf = carry->leaf_of[vertex];
+    if (carry->known[leaf - carry->lattice->level_first[1]] != carry->now)
+        cut_carry_find(carry, leaf);
+    return carry->row;
+}
 
 // Lists the elements of those of some vertices that are carried, each once, in leaf [count];
-// returns their number. Updates the rows of these elements' vertices, also within a tick.
+// returns their number. Computes where these elements' vertices are by `row`, also within a tick.
 int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf);
-void cut_carry_update_some(const CutCarry *carry, void *row, const int *leaf, int count);
+void cut_carry_update_some(CutCarry *carry, const void *row, const int *leaf, int count);
 // Moves the forces (Real [vertex][4]) on those of some vertices that are carried to what carries
 // them.
 void cut_carry_spread(const CutCarry *carry, void *force, const int *vertex, int count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Updates the rows of the carried vertices of one element: part of cut_carry.c, which includes it
+// Finds where the carried vertices of one element are: part of cut_carry.c, which includes it
 // once for each precision with REAL, PART (a vector of 16 bytes of it: wider ones pass through
 // memory where there are none), FILL, PUT and UPDATE, names of its own.
 
@@ -52,14 +52,15 @@ static inline void PUT(PART (*point)[PARTS], const CarrySite *site, REAL *to)
     }
 }
 
-static void UPDATE(const CutCarry *carry, int leaf, REAL *row)
+static void UPDATE(const CutCarry *carry, int leaf, const REAL *row)
 {
+    REAL *to = carry->row;
     PART point[POINTS][PARTS] = {{{0}}};
     const int at = leaf - carry->lattice->level_first[1];
     FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], point);
     for (int k = carry->first[at]; k < carry->end[at]; k++)
         if (carry->leaf_of[carry->vertex[k]] >= 0)
-            PUT(point, &carry->site[k], row + (long)carry->vertex[k] * ROW);
+            PUT(point, &carry->site[k], to + (long)carry->vertex[k] * ROW);
 }
 
 #undef PARTS

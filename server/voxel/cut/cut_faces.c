@@ -640,7 +640,9 @@ static void note_within(const CutFaces *faces, const RegionTest *test, int verte
     const Vertices *vertices = faces->vertices;
     const int slot = faces->slot_of[vertex];
     if (slot >= 0 && faces->start[vertex] != faces->end[vertex] &&
-        region_contains(test, rows_local(&vertices->rows, vertices->present, vertex)))
+        region_contains(test, rows_local(&vertices->rows,
+                                         cut_carry_rows(faces->carry, vertices->present, vertex),
+                                         vertex)))
         bits_add(faces->found, slot);
 }
 
@@ -670,7 +672,8 @@ static int find_with_carried(const CutFaces *faces, const RegionTest *test, int 
     const int words = bits_words((int)*faces->slot_count), cells = faces->lattice->level_first[1];
     for (int r = 0; r < vertices->run_count; r++)
         for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
-            note_within(faces, test, v);
+            if (!rows_is_carried(&vertices->rows, v))
+                note_within(faces, test, v);
     for (int k = 0; k < carry->leaf_count; k++) {
         const int at = carry->leaf[k] - cells;
         if (!region_meets(faces, test, carry->leaf[k]))

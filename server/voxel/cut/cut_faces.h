@@ -71,8 +71,8 @@ typedef struct CutFaces {
     signed char *level;
 
     // --- of a body that adapts and does not publish all vertices, else NULL ---
-    const struct CutCarry *carry; // what carries vertices; set by the body
-    uint64_t *found;              // a bit for each slot; empty between calls
+    struct CutCarry *carry; // what carries vertices; set by the body
+    uint64_t *found;        // a bit for each slot; empty between calls
 
     // --- scratch ---
     NodeBirth *born; // [vertex_capacity]

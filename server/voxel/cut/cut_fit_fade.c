@@ -9,6 +9,12 @@
 #define SMALLEST_JUMP 1e-7 // [cells] less is no jump
 #define VISIBLE_JUMP  2e-3 // [cells] of what merges move: less is not worth a fade
 
+static Vec3 displacement(const CutFit *fit, const void *row, int vertex)
+{
+    return rows_vector(&fit->vertices->rows, cut_carry_rows(fit->faces->masses->carry, row, vertex),
+                       vertex, 0);
+}
+
 // Returns the deformation of a cell, in the rows' axes.
 static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
 {
@@ -19,7 +25,7 @@ static double (*gradient_of(CutFit *fit, const void *row, int cell))[3]
     memset(gradient, 0, sizeof *fit->gradient);
     const double quarter = 0.25 / fit->fitted.size;
     for (int k = 0; k < FIT_CORNERS; k++) {
-        const Vec3 u = rows_vector(&fit->vertices->rows, row, cut_fit_corner(fit, cell, k), 0);
+        const Vec3 u = displacement(fit, row, cut_fit_corner(fit, cell, k));
         for (int axis = 0; axis < 3; axis++) {
             const double sign = k >> axis & 1 ? quarter : -quarter;
             gradient[axis][0] += sign * u.x;
@@ -163,8 +169,7 @@ static Vec3 move_of(const CutFit *fit, const void *row, int vertex)
     if (!cut_lattice_is_kept(fit->lattice, vertex) || carry->moved[vertex] == 0)
         return vec3(0.0, 0.0, 0.0);
     const double *from = carry->move[carry->moved[vertex] - 1].from;
-    return vec3_sub(rows_vector(&fit->vertices->rows, row, vertex, 0),
-                    vec3(from[0], from[1], from[2]));
+    return vec3_sub(displacement(fit, row, vertex), vec3(from[0], from[1], from[2]));
 }
 
 // Adds what a cell's present gradient differs from that before a merge by, times an offset, to

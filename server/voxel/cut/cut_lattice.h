@@ -148,10 +148,11 @@ typedef struct CutLattice {
     int (*node)[NODE_COUNT];
     // Rows of larger leaves, and the first of the eight for the children of elements of level 1;
     // -1: none. They are free for others once a change is forgotten. NULL: every element has a row
-    int *leaf_row;       // [element - level_first[1]]
-    int *family_row;     // [element of level 1 - level_first[1]]; NULL, too: there is no level 1
-    unsigned char *mark; // [element] CutMark
-    bool *carried;       // [kept_end] shown, but no element has it now
+    int *leaf_row;          // [element - level_first[1]]
+    int *family_row;        // [element of level 1 - level_first[1]]; NULL, too: there is no level 1
+    unsigned char *mark;    // [element] CutMark
+    bool *carried;          // [kept_end] shown, but no element has it now
+    struct CutCarry *carry; // is told before elements change; NULL: nobody is. Set by the body
     int leaf_count, leaf_at_level[VOXEL_LEVELS_MAX + 1];
     // Elements that must be divided, because a bit is broken in or on them, by level, the coarsest
     // first, then by number. None in a body that adapts

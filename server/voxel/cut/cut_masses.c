@@ -382,17 +382,8 @@ static void touch_ended(CutMasses *masses, const CutEnd *end)
         union_find_join(masses->group, near, end->vertex);
 }
 
-// A free row is at rest, at no place.
-static void clear_row(CutMasses *masses, int vertex)
-{
-    masses->node_mass[vertex] = 0.0;
-    Vertices *vertices = masses->vertices;
-    for (int c = 0; c < 2 * ROW; c++)
-        rows_put(&vertices->rows, vertices->row[c / ROW], (long)vertex * ROW + c % ROW, 0.0);
-}
-
 // Sets the row of a new vertex to the mean of its parents: displacements are interpolated like
-// positions. One that was carried is there already.
+// positions. One that was carried is where it was.
 static void bear(CutMasses *masses, const CutBirth *birth)
 {
     Vertices *vertices = masses->vertices;
@@ -402,7 +393,7 @@ static void bear(CutMasses *masses, const CutBirth *birth)
     cut_lattice_point(masses->lattice, birth->vertex, point);
     set_rest(masses, birth->vertex, point);
     vertices->mass[birth->vertex] = 0.0;
-    if (birth->carried)
+    if (birth->carried && cut_carry_give_back(masses->carry, birth->vertex))
         return;
     if (birth->parent_count == 0) {
         extrapolate(masses, birth, point);
@@ -686,8 +677,10 @@ void cut_masses_clear_free(const CutMasses *masses)
     const int *id = masses->lattice->vertex_id;
     for (int r = 0; r < vertices->run_count; r++)
         for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
-            for (int c = 0; c < ROW && id[v] < 0; c++)
-                rows_put(&vertices->rows, vertices->row[vertices->current], (long)v * ROW + c, 0.0);
+            if (id[v] < 0 || rows_is_carried(&vertices->rows, v))
+                for (int c = 0; c < ROW; c++)
+                    rows_put(&vertices->rows, vertices->row[vertices->current], (long)v * ROW + c,
+                             0.0);
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -734,9 +727,15 @@ void cut_masses_follow(CutMasses *masses, bool divided)
     // Only divisions interpolate, and so change momentum.
     if (divided)
         repair_groups(masses);
-    for (int i = 0; i < changes->ended_count; i++)
-        if (!cut_lattice_is_kept(lattice, changes->ended[i].vertex))
-            clear_row(masses, changes->ended[i].vertex);
+    // What is freed or carried has no row.
+    for (int i = 0; i < changes->ended_count; i++) {
+        const int vertex = changes->ended[i].vertex;
+        const bool kept = cut_lattice_is_kept(lattice, vertex);
+        if (!kept || cut_lattice_is_carried(lattice, vertex)) // it has not come back
+            vertices_clear(masses->vertices, vertex);
+        if (!kept)
+            masses->node_mass[vertex] = 0.0;
+    }
     for (int t = 0; t < masses->touched_count; t++)
         masses->group[masses->touched[t]] = -1;
     if (lattice->adapts)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Elements of a body that adapts: which may be leaves, and how they merge again.
+#include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_parts.h"
 
 #include "base/check.h"
@@ -306,6 +307,8 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     const CutElement *parent = &lattice->element[element];
     const int children = __builtin_popcount(parent->children);
     ASSERT(cut_lattice_can_merge(lattice, element));
+    if (lattice->carry != NULL)
+        cut_carry_before(lattice->carry, element);
     // The bit and the counts.
     lattice->divided[element] = 0;
     lattice->mark[element] |= CUT_LEAF;

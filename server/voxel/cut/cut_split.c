@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Broken faces, and the divisions of elements that they require. Step thread.
+#include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_parts.h"
 #include "voxel/lattice_faces.h"
 
@@ -320,6 +321,8 @@ static void divide(CutLattice *lattice, int element)
     const int level = lattice->element[element].level,
               child = cut_lattice_first_child(lattice, element);
     const int children = __builtin_popcount(lattice->element[element].children);
+    if (lattice->carry != NULL)
+        cut_carry_before(lattice->carry, element);
     // The bit and the counts.
     lattice->divided[element] = 1;
     lattice->mark[element] &= (unsigned char)~CUT_LEAF;

@@ -211,15 +211,18 @@ void cut_tension_follow(CutTension *tension)
 // Forces
 
 // Returns the displacement of a point [m].
-static inline Vec3 shift_of(const TensionPoint *point, const void *rows, bool single)
+static inline Vec3 shift_of(const CutTension *tension, const TensionPoint *point, const void *row,
+                            bool single)
 {
     double u[3] = {0.0, 0.0, 0.0};
-    for (int c = 0; c < 4; c++)
+    for (int c = 0; c < 4; c++) {
+        const void *rows = rows_of(&tension->vertices->rows, row, point->vertex[c]);
         for (int k = 0; k < 3; k++) {
             const long at = (long)point->vertex[c] * ROW + k;
             u[k] += (double)point->weight[c] *
                     (single ? (double)((const float *)rows)[at] : ((const double *)rows)[at]);
         }
+    }
     return vec3(u[0], u[1], u[2]);
 }
 
@@ -257,9 +260,9 @@ static inline void add_forces(const CutTension *tension, const void *rows, void 
         const TensionPoint *point = &tension->point[p];
         Vec3 pull = {0.0, 0.0, 0.0}, next = {0.0, 0.0, 0.0};
         if (p == 0)
-            here = shift_of(point, rows, single);
+            here = shift_of(tension, point, rows, single);
         if (p + 1 < tension->count)
-            next = shift_of(point + 1, rows, single);
+            next = shift_of(tension, point + 1, rows, single);
         if (point->pull > 0.0)
             segment(point, vec3_sub(next, here), &pull);
         pull = vec3_scale(scale, pull);
@@ -268,7 +271,7 @@ static inline void add_forces(const CutTension *tension, const void *rows, void 
     }
 }
 
-void cut_tension_add_forces(const CutTension *tension, void *rows, void *force, double scale)
+void cut_tension_add_forces(const CutTension *tension, const void *rows, void *force, double scale)
 {
     if (tension->carry != NULL)
         cut_carry_update_some(tension->carry, rows, tension->leaf, tension->leaf_count);
@@ -284,13 +287,16 @@ double cut_tension_energy(const CutTension *tension, const void *rows, double sc
 {
     const bool single = tension->vertices->rows.precision == PRECISION_SINGLE;
     double energy = 0.0;
+    if (tension->carry != NULL)
+        cut_carry_update_some(tension->carry, rows, tension->leaf, tension->leaf_count);
     for (int p = 0; p < tension->count; p++) {
         const TensionPoint *point = &tension->point[p];
         Vec3 force;
         if (point->pull > 0.0)
-            energy += segment(
-                point, vec3_sub(shift_of(point + 1, rows, single), shift_of(point, rows, single)),
-                &force);
+            energy += segment(point,
+                              vec3_sub(shift_of(tension, point + 1, rows, single),
+                                       shift_of(tension, point, rows, single)),
+                              &force);
     }
     return scale * energy;
 }

@@ -42,9 +42,8 @@ CutTension *cut_tension_create(const CutFaces *faces, CutCarry *carry, const Vox
                                Arena *arena);
 // Lists the fibres again, after squares or vertices have changed.
 void cut_tension_follow(CutTension *tension);
-// Adds the forces at `rows`, both as Vertices has them, and updates the carried rows that they
-// depend on; `scale`: of the stiffness.
-void cut_tension_add_forces(const CutTension *tension, void *rows, void *force, double scale);
+// Adds the forces at `rows`, both as Vertices has them; `scale`: of the stiffness.
+void cut_tension_add_forces(const CutTension *tension, const void *rows, void *force, double scale);
 // Returns the potential of these forces, 0 at rest [J].
 double cut_tension_energy(const CutTension *tension, const void *rows, double scale);
 // Adds the tension of a material to the nominal stress P of an element with rotation R, both [3][3]

@@ -128,7 +128,7 @@ static inline void cut_world_shake(CutWorld *world, double strain, uint64_t *see
         rows_write(&vertices->rows, row, i, vec3_add(x, u), v);
     }
     if (world->cuts->carry != NULL)
-        cut_carry_update(world->cuts->carry, vertices->row[vertices->current]);
+        cut_carry_forget(world->cuts->carry);
 }
 
 // Masses from the bits and levels alone, in the plainest way; and positive, with the known sum.

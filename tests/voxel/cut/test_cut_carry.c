@@ -95,7 +95,7 @@ typedef struct Merging {
     uint64_t *seed;
     int odds; // one of so many that can is merged
     double limit, largest;
-    int count;
+    int count, most;
 } Merging;
 
 static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
@@ -106,7 +106,8 @@ static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
     merging->largest = 0.0;
     // Residuals of the state before any of them.
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++) {
-        if (!cut_lattice_can_merge(lattice, e) || random_below(merging->seed, merging->odds) > 0)
+        if (merging->count == merging->most || !cut_lattice_can_merge(lattice, e) ||
+            random_below(merging->seed, merging->odds) > 0)
             continue;
         const double residual = cut_masses_residual(&merging->cuts->masses, e);
         if (residual > merging->limit)
@@ -120,14 +121,27 @@ static bool merge(Sim *sim, int body, void *context, TopologyChange *change)
            cut_body_follow(merging->cuts, &sim->body[body], true, false, change);
 }
 
-// Merges some of what can where nothing would move farther than `limit` [cells]. Returns how many.
-static int merge_some(CutWorld *world, uint64_t *seed, int odds, double limit, double *largest)
+// Merges some of what can where nothing would move farther than `limit` [cells], at most so many.
+// Returns how many.
+static int merge_most(CutWorld *world, Merging merging, double *largest)
 {
-    Merging merging = {.cuts = world->cuts, .seed = seed, .odds = odds, .limit = limit};
+    merging.cuts = world->cuts;
     change_body(world->sim, 0, merge, &merging);
     if (largest != NULL)
         *largest = merging.largest;
     return merging.count;
+}
+
+static int merge_some(CutWorld *world, uint64_t *seed, int odds, double limit, double *largest)
+{
+    return merge_most(world, (Merging){.seed = seed, .odds = odds, .limit = limit, .most = INT_MAX},
+                      largest);
+}
+
+static int merge_one(CutWorld *world, uint64_t *seed, double limit, double *largest)
+{
+    return merge_most(world, (Merging){.seed = seed, .odds = 5, .limit = limit, .most = 1},
+                      largest);
 }
 
 // --- what is shown ---
@@ -135,9 +149,8 @@ static int merge_some(CutWorld *world, uint64_t *seed, int odds, double limit, d
 // Reads the places of all kept vertices.
 static void read_kept(const CutWorld *world, Vec3 *x)
 {
-    const Vertices *vertices = &world->model->vertices;
     for (int v = 0; v < world->cuts->lattice.kept_end; v++)
-        rows_read(&vertices->rows, vertices_row(vertices), v, &x[v], NULL);
+        world->body->ops->read_nodes(world->model, &v, 1, &x[v], NULL);
 }
 
 static double largest_move(const CutWorld *world, const Vec3 *from, const Vec3 *to)
@@ -172,7 +185,7 @@ TEST(shown_points_follow_uniform_strains)
                 if (lattice->vertex_id[v] >= 0 && !cut_lattice_is_carried(lattice, v))
                     rows_write(&vertices->rows, vertices->row[vertices->current], v,
                                affine(rows_rest(&vertices->rows, v)), vec3(0.0, 0.0, 0.0));
-            cut_carry_update(world.cuts->carry, vertices->row[vertices->current]);
+            cut_carry_forget(world.cuts->carry);
             read_kept(&world, before);
             for (int v = 0; v < lattice->kept_end; v++)
                 if (cut_lattice_is_kept(lattice, v))
@@ -223,8 +236,6 @@ TEST(merges_and_divisions_keep_momentum_and_mass)
             const int leaves = world.cuts->lattice.leaf_count;
             if (round % 10 == 0)
                 cut_world_shake(&world, 0.2, &seed);
-            cut_carry_update(world.cuts->carry,
-                             world.model->vertices.row[world.model->vertices.current]);
             WorldMomentum before = cut_world_momentum(&world), after;
             cut_world_divide_some(&world, &seed, 4);
             after = cut_world_momentum(&world);
@@ -279,8 +290,6 @@ TEST(elements_divided_twice_in_a_change_keep_momentum_and_mass)
         CutLattice *lattice = &world.cuts->lattice;
         for (int round = 0; round < EFFORT(80); round++) {
             cut_world_shake(&world, 0.2, &seed);
-            cut_carry_update(world.cuts->carry,
-                             world.model->vertices.row[world.model->vertices.current]);
             Exposing exposing = {.cuts = world.cuts,
                                  .cell = random_below(&seed, lattice->level_first[1])};
             const WorldMomentum before = cut_world_momentum(&world);
@@ -319,16 +328,23 @@ TEST(no_shown_point_moves_farther_than_the_residual)
             read_kept(&world, after);
             // By the same sums in another order.
             expect_near(largest_move(&world, before, after), 0.0, 1e-12);
+            // One by one: where two merge beside each other, what is between them moves by both.
+            // Those that stay take over at most as much as the others leave, and a corner in void
+            // may be another one than the residual assumes: up to 2.9 times the residual with ten
+            // seeds.
             double residual;
             const double energy = world_energy(&world);
-            const int count = merge_some(&world, &seed, 3, 0.05, &residual);
+            for (int n = 0; n < 3; n++) {
+                const int count = merge_one(&world, &seed, 0.05, &residual);
+                read_kept(&world, before);
+                merged += count;
+                farthest = fmax(farthest, largest_move(&world, before, after));
+                expect_near(largest_move(&world, before, after), 0.0, 3.0 * residual + 1e-12);
+                memcpy(after, before, (size_t)kept * sizeof *after);
+            }
             const double more = world_energy(&world) - energy;
             gained += fmax(more, 0.0), lost += fmin(more, 0.0);
             most = fmax(most, fabs(more) / energy);
-            read_kept(&world, before);
-            merged += count;
-            farthest = fmax(farthest, largest_move(&world, before, after));
-            expect_near(largest_move(&world, before, after), 0.0, 2.0 * residual + 1e-12);
         }
         print_message(
             "%d merged: by %.3g cells at most; energy %.3g J, +%.3g -%.3g J, %.3g at once\n",

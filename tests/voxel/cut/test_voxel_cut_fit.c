@@ -280,7 +280,7 @@ static void follow_affine(void)
         rows_write(&vertices->rows, row, i, y, v);
     }
     if (it.world.cuts->carry != NULL) {
-        cut_carry_update(it.world.cuts->carry, vertices->row[vertices->current]);
+        cut_carry_forget(it.world.cuts->carry);
         assert_true(cut_carry_count(it.world.cuts->carry) > nodes / 2);
     }
     take(&it);
