@@ -387,6 +387,7 @@ static void derive_fades(CutFit *fit)
         newest = fit->fade[v].step > newest ? fit->fade[v].step : newest;
     }
     fit->step = newest;
+    cut_fit_count_newest(fit);
     for (int v = 0; v < vertices; v++)
         if (fit->fade[v].step > 0 && newest - fit->fade[v].step < steps && cut_fit_is_node(fit, v))
             cut_fit_list_fade(fit, v);

@@ -54,6 +54,7 @@ typedef struct CutFit {
     int *of_cell;             // the cells of these; NULL: they stay
     FitFade *fading;
     int *fading_vertex, fading_count;
+    int newest_count;         // vertices whose fade is as new as that of any
     unsigned char *is_fading; // [vertex]
     int slots;                // that have been processed
     int64_t step;             // ticks completed after the current one

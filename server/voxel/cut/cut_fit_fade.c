@@ -89,6 +89,31 @@ static int mean_of(const int entry[8], int which, const double value[8][3], doub
     return count;
 }
 
+void cut_fit_count_newest(CutFit *fit)
+{
+    int *newest = &fit->fitted.fit.fade_last;
+    *newest = fit->newest_count = 0;
+    for (int v = 0; v < fit->faces->vertex_count; v++) {
+        const int step = fit->fade[v].step;
+        fit->newest_count = step > *newest ? 1 : fit->newest_count + (step == *newest);
+        *newest = step > *newest ? step : *newest;
+    }
+}
+
+// Sets a fade. Nearly always it is as new as any, so that only the vertices with such ones are
+// counted, not all looked at in each change.
+static void set_fade(CutFit *fit, int vertex, const CutFade *fade)
+{
+    int *newest = &fit->fitted.fit.fade_last;
+    fit->newest_count -= fit->fade[vertex].step == *newest;
+    fit->fade[vertex] = *fade;
+    if (fade->step > *newest) {
+        *newest = fade->step;
+        fit->newest_count = 0;
+    }
+    fit->newest_count += fade->step == *newest;
+}
+
 // Marks a vertex for the list of fades.
 void cut_fit_list_fade(CutFit *fit, int vertex)
 {
@@ -156,7 +181,7 @@ void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at)
     }
     // Not before all are known: copies start from the fade of their original.
     for (int k = 0; k < count; k++) {
-        fit->fade[vertex[k]] = begun[k];
+        set_fade(fit, vertex[k], &begun[k]);
         if (begun[k].step > 0)
             cut_fit_list_fade(fit, vertex[k]);
     }
@@ -216,8 +241,9 @@ void cut_fit_fade_moves(CutFit *fit, const void *row)
         for (int s = 0; s < 8; s++)
             if (around.vertex[s] == move->vertex)
                 take_back(fit, row, at.leaf[s], at.before, (1.0 - left) / cells, from);
-        fit->fade[move->vertex].step = (int)fit->step;
-        turn_out(fit, from, fit->fade[move->vertex].from);
+        CutFade begun = {.step = (int)fit->step};
+        turn_out(fit, from, begun.from);
+        set_fade(fit, move->vertex, &begun);
         cut_fit_list_fade(fit, move->vertex);
     }
     cut_carry_forget_moves(carry);
@@ -266,7 +292,6 @@ void cut_fit_write_fades(CutFit *fit)
         fit->fading_vertex[kept++] = v;
     }
     fit->fading_count = out->fade_count = kept;
-    out->fade_last = 0;
-    for (int v = 0; v < fit->faces->vertex_count; v++)
-        out->fade_last = fit->fade[v].step > out->fade_last ? fit->fade[v].step : out->fade_last;
+    if (fit->newest_count == 0)
+        cut_fit_count_newest(fit);
 }

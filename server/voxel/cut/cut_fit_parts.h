@@ -32,6 +32,8 @@ static inline int cut_fit_vertex_of(const CutFit *fit, const CutMoved *at, int s
 void cut_fit_start_fades(CutFit *fit, const void *row, const CutMoved *at);
 // Lets nodes whose vertices a merge has moved start from where they are shown.
 void cut_fit_fade_moves(CutFit *fit, const void *row);
+// Counts the vertices with the newest fade again.
+void cut_fit_count_newest(CutFit *fit);
 // Lists a vertex whose fade has begun, unless there are too many.
 void cut_fit_list_fade(CutFit *fit, int vertex);
 // Drops fades that have ended, and writes the others for clients.

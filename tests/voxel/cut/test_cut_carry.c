@@ -206,6 +206,107 @@ TEST(shown_points_follow_uniform_strains)
     }
 }
 
+// --- readers ---
+
+// Where a kept vertex is, and how fast, by the vertices of elements alone.
+static void place_now(const CutWorld *world, int vertex, Vec3 *x, Vec3 *v)
+{
+    const Vertices *vertices = &world->model->vertices;
+    FitWeight weight[NODE_COUNT] = {{vertex, 1.0}};
+    const int count = cut_lattice_is_carried(&world->cuts->lattice, vertex)
+                          ? cut_carry_weights(world->cuts->carry, vertex, weight)
+                          : 1;
+    *x = *v = vec3(0.0, 0.0, 0.0);
+    for (int w = 0; w < count; w++) {
+        Vec3 at, speed;
+        rows_read(&vertices->rows, vertices_row(vertices), weight[w].vertex, &at, &speed);
+        *x = vec3_madd(*x, weight[w].weight, at);
+        *v = vec3_madd(*v, weight[w].weight, speed);
+    }
+}
+
+// Looks at some carried vertices by one of the ways by which others do.
+static void expect_current(const CutWorld *world, int way, uint64_t *seed)
+{
+    enum { SOME = 40 };
+    const CutLattice *lattice = &world->cuts->lattice;
+    const Body *body = world->body;
+    const int nodes = (int)*world->model->node_count;
+    const double near = 1e-6 * world->lattice.size; // floats are published
+    FREED float *shown = calloc(6 * (size_t)nodes + 2, sizeof *shown);
+    FREED int *found = calloc((size_t)nodes + 1, sizeof *found);
+    if (way == 0)
+        body->ops->snapshot(body->model, shown, shown + 3 * nodes);
+    for (int k = 0; k < SOME; k++) {
+        const int slot = random_below(seed, nodes), vertex = world->model->node[slot];
+        Vec3 x, v, y, w;
+        place_now(world, vertex, &x, &v);
+        if (way == 0) {
+            const float *at = shown + 3 * slot, *speed = at + 3 * nodes;
+            y = vec3((double)at[0], (double)at[1], (double)at[2]);
+            w = vec3((double)speed[0], (double)speed[1], (double)speed[2]);
+        } else if (way == 1) {
+            body->ops->read_nodes(body->model, &vertex, 1, &y, &w);
+        } else {
+            // Within a hair around where it is now, and nowhere else.
+            const Region region = {.from = x, .to = x, .radius = near};
+            const int count = body->ops->find_nodes(body->model, &region, found, nodes);
+            bool there = false;
+            for (int i = 0; i < count; i++)
+                there |= found[i] == vertex;
+            assert_true(there || !cut_lattice_is_kept(lattice, vertex));
+            continue;
+        }
+        expect_near(vec3_length(vec3_sub(x, y)), 0.0, near);
+        expect_near(vec3_length(vec3_sub(v, w)), 0.0, 1e-6 * (1.0 + vec3_length(v)));
+    }
+}
+
+// Whoever reads carried vertices first after a tick, a change or a reset finds them where they are
+// now, and their own rows hold nothing.
+TEST(no_reader_meets_carried_vertices_of_another_time)
+{
+    uint64_t seed = 58;
+    for (int k = 0; k < BODIES; k++) {
+        VoxelWorldOptions options = options_of(k);
+        SCOPED(cut_world_destroy) CutWorld world;
+        create(&world, &options);
+        const Vertices *vertices = &world.model->vertices;
+        int carried = 0;
+        for (int round = 0; round < EFFORT(150); round++) {
+            if (round % 30 == 0)
+                cut_world_shake(&world, 0.2, &seed);
+            // Somebody knows the state before.
+            expect_current(&world, random_below(&seed, 3), &seed);
+            switch (random_below(&seed, 8)) {
+            case 0:
+                world.body->ops->restore(world.model, RESTORE_POSITIONS);
+                break;
+            case 1:
+            case 2:
+                cut_world_divide_some(&world, &seed, 4);
+                break;
+            case 3:
+            case 4:
+                merge_some(&world, &seed, 4, 1e9, NULL);
+                break;
+            default:
+                sim_step(world.sim);
+            }
+            expect_current(&world, random_below(&seed, 3), &seed);
+            for (int v = 0; v < world.cuts->lattice.kept_end; v++) {
+                if (!cut_lattice_is_carried(&world.cuts->lattice, v))
+                    continue;
+                carried++;
+                for (int c = 0; c < 2 * ROW; c++)
+                    assert_true(rows_get(&vertices->rows, vertices->row[c / ROW],
+                                         (long)v * ROW + c % ROW) == 0.0);
+            }
+        }
+        assert_true(carried > EFFORT(150) * 20);
+    }
+}
+
 // --- what a change keeps ---
 
 static void expect_same_momentum(const WorldMomentum *before, const WorldMomentum *after)
