@@ -254,10 +254,9 @@ void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)
     const CutFade *fade = &fit->fade[vertex];
     const float left =
         fade->step > 0 ? fit_left(fade->step, fit->fitted.fit.fade_steps, step) : 0.0F;
-    CutMoved at;
-    cut_lattice_point(fit->lattice, vertex, at.point);
-    cut_fit_around(fit, &at);
-    const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, at.point)];
+    int point[3];
+    cut_lattice_point(fit->lattice, vertex, point);
+    const float *offset = fit->point_offset[cut_parts_index(fit->lattice->scratch, point)];
     const double *rest = fit->vertices->rows.rest[vertex];
     *out = (FitNode){.shift = vec3((double)(left * fade->from[0]), (double)(left * fade->from[1]),
                                    (double)(left * fade->from[2]))};
@@ -265,11 +264,15 @@ void cut_fit_node(const CutFit *fit, int vertex, int64_t step, FitNode *out)
         out->offset[c] = (double)(1.0F - left) * (double)offset[c];
         out->rest[c] = rest[c] + fit->fitted.size * (double)offset[c];
     }
+    // The cells that clients have of it.
     for (int s = 0; s < 8; s++) {
-        if (cut_fit_vertex_of(fit, &at, s) != vertex)
+        const int cell = cut_lattice_cell(fit->lattice, point[0] - 1 + (s & 1),
+                                          point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
+        const int at = cell < 0 ? -1 : fit->cell_at[cell];
+        if (at < 0 || fit->vertex[fit->cell[at][7 - s]] != vertex)
             continue;
         for (int k = 0; k < FIT_CORNERS; k++)
-            out->corner[out->cell_count][k] = cut_fit_corner(fit, at.leaf[s], k);
+            out->corner[out->cell_count][k] = fit->vertex[fit->cell[at][k]];
         out->cell_count++;
     }
 }
