@@ -646,6 +646,39 @@ static void note_within(const CutFaces *faces, const RegionTest *test, int verte
         bits_add(faces->found, slot);
 }
 
+// False if a region cannot reach into the box around an element at rest, moved by each of its
+// vertices' displacements: a larger box than that of the vertices, but found sooner.
+static bool may_meet(const CutFaces *faces, const RegionTest *test, int element)
+{
+    const CutElement *of = &faces->lattice->element[element];
+    const int *node = cut_lattice_nodes(faces->lattice, element);
+    const float *row = faces->vertices->present;
+    float low[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
+    float high[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    if (faces->vertices->rows.precision != PRECISION_SINGLE)
+        return true;
+    for (int n = 0; n < NODE_COUNT; n++) {
+        if (node[n] < 0)
+            continue;
+        const float *u = row + (long)node[n] * ROW;
+        for (int c = 0; c < 4; c++) {
+            low[c] = u[c] < low[c] ? u[c] : low[c];
+            high[c] = u[c] > high[c] ? u[c] : high[c];
+        }
+    }
+    const CutMasses *masses = faces->masses;
+    const double edge = masses->size * (double)(1 << of->level), grown = 1e-6 * edge;
+    const double middle[3] = {test->middle.x, test->middle.y, test->middle.z};
+    const double halfway[3] = {test->halfway.x, test->halfway.y, test->halfway.z};
+    bool meets = true;
+    for (int c = 0; c < 3; c++) {
+        const double rest = masses->size * (of->cell[c] - masses->middle[c]) - middle[c];
+        meets &= rest + (double)low[c] - grown <= halfway[c] &&
+                 rest + edge + (double)high[c] + grown >= -halfway[c];
+    }
+    return meets;
+}
+
 // True if a region may reach into the box of an element's vertices.
 static bool region_meets(const CutFaces *faces, const RegionTest *test, int element)
 {
@@ -676,7 +709,7 @@ static int find_with_carried(const CutFaces *faces, const RegionTest *test, int 
                 note_within(faces, test, v);
     for (int k = 0; k < carry->leaf_count; k++) {
         const int at = carry->leaf[k] - cells;
-        if (!region_meets(faces, test, carry->leaf[k]))
+        if (!may_meet(faces, test, carry->leaf[k]) || !region_meets(faces, test, carry->leaf[k]))
             continue;
         for (int i = carry->first[at]; i < carry->end[at]; i++)
             note_within(faces, test, carry->vertex[i]);
