@@ -549,42 +549,37 @@ static void take_walls(SurveyBody *body, const void *data, size_t size)
 
 static void take_of_body(Intake *intake, const char *name, const void *data, size_t size)
 {
-    // Which of its streams, by the channel's name.
-    int body = find_body(intake, behind_head(name, "NODES_"));
-    if (body < 0)
-        body = find_body(intake, behind_head(name, "POINTS_"));
-    if (body >= 0) {
+    // Which of its streams, by the channel's name; a delta's begins as a mesh's.
+    enum { NODES, POINTS, LOOK, ERRORS, ELEMENTS, WALLS, DELTA, MESH, STREAMS };
+    static const char *const heads[STREAMS] = {"NODES_",    "POINTS_", "LOOK_",       "ERROR_MAP_",
+                                               "ELEMENTS_", "WALLS_",  "MESH_DELTA_", "MESH_"};
+    int body = -1, stream = 0;
+    while (stream < STREAMS && (body = find_body(intake, behind_head(name, heads[stream]))) < 0)
+        stream++;
+    switch (stream) {
+    case NODES:
+    case POINTS:
         take_nodes(intake, body, data, size);
-        return;
-    }
-    body = find_body(intake, behind_head(name, "LOOK_"));
-    if (body >= 0) {
+        break;
+    case LOOK:
         take_look(intake, &intake->body[body], data, size);
-        return;
-    }
-    body = find_body(intake, behind_head(name, "ERROR_MAP_"));
-    if (body >= 0) {
+        break;
+    case ERRORS:
         take_map(intake, &intake->body[body], RECORDING_ERROR_MAP, data, size);
-        return;
-    }
-    body = find_body(intake, behind_head(name, "ELEMENTS_"));
-    if (body >= 0) {
+        break;
+    case ELEMENTS:
         take_map(intake, &intake->body[body], RECORDING_ELEMENTS, data, size);
-        return;
-    }
-    body = find_body(intake, behind_head(name, "WALLS_"));
-    if (body >= 0) {
+        break;
+    case WALLS:
         take_walls(&intake->survey.body[body], data, size);
-        return;
+        break;
+    case DELTA:
+    case MESH:
+        take_mesh(intake, body, stream == DELTA, data, size);
+        break;
+    default:
+        break;
     }
-    body = find_body(intake, behind_head(name, "MESH_DELTA_"));
-    if (body >= 0) {
-        take_mesh(intake, body, true, data, size);
-        return;
-    }
-    body = find_body(intake, behind_head(name, "MESH_"));
-    if (body >= 0)
-        take_mesh(intake, body, false, data, size);
 }
 
 void intake_take(Intake *intake, const char *channel, const void *data, size_t size)

@@ -470,18 +470,26 @@ int64_t recording_reader_frames(const RecordingReader *reader, int body)
     return index_of(reader, body)->frame_count;
 }
 
-int64_t recording_reader_find_frame(const RecordingReader *reader, int body, double time)
+// Returns the last of `count` times, `stride` bytes apart, at or before a time; -1: none.
+static int64_t find_last(const double *first, size_t stride, int64_t count, double time)
 {
-    const RecordingIndex *index = index_of(reader, body);
-    int64_t below = -1, above = index->frame_count; // frames at or before `time`, and after it
+    int64_t below = -1, above = count; // at or before `time`, and after it
     while (above - below > 1) {
-        int64_t middle = below + (above - below) / 2;
-        if (index->frame[middle].time <= time)
+        const int64_t middle = below + (above - below) / 2;
+        double at;
+        memcpy(&at, (const char *)first + stride * (size_t)middle, sizeof at);
+        if (at <= time)
             below = middle;
         else
             above = middle;
     }
     return below;
+}
+
+int64_t recording_reader_find_frame(const RecordingReader *reader, int body, double time)
+{
+    const RecordingIndex *index = index_of(reader, body);
+    return find_last(&index->frame->time, sizeof *index->frame, index->frame_count, time);
 }
 
 RecordingFrame recording_reader_frame(const RecordingReader *reader, int body, int64_t frame)
@@ -580,15 +588,8 @@ int64_t recording_reader_find_map(const RecordingReader *reader, int body, Recor
                                   double time)
 {
     const RecordingIndex *index = index_of(reader, body);
-    int64_t below = -1, above = index->map_count[kind];
-    while (above - below > 1) {
-        const int64_t middle = below + (above - below) / 2;
-        if (index->map[kind][middle].time <= time)
-            below = middle;
-        else
-            above = middle;
-    }
-    return below;
+    return find_last(&index->map[kind]->time, sizeof *index->map[kind], index->map_count[kind],
+                     time);
 }
 
 RecordingMap recording_reader_map(const RecordingReader *reader, int body, RecordingMapKind kind,
@@ -643,15 +644,8 @@ double recording_reader_tool_time(const RecordingReader *reader, int tool, int64
 
 int64_t recording_reader_find_tool_row(const RecordingReader *reader, int tool, double time)
 {
-    int64_t below = -1, above = recording_reader_tool_rows(reader, tool);
-    while (above - below > 1) {
-        int64_t middle = below + (above - below) / 2;
-        if (reader->tool_time[tool][middle] <= time)
-            below = middle;
-        else
-            above = middle;
-    }
-    return below;
+    return find_last(reader->tool_time[tool], sizeof *reader->tool_time[tool],
+                     recording_reader_tool_rows(reader, tool), time);
 }
 
 bool recording_reader_tool(RecordingReader *reader, int tool, int64_t first, int rows,

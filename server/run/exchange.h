@@ -251,8 +251,8 @@ typedef struct Exchange {
     Slot *error_map; // [body_count] of ErrorMap; NULL: maps are not published. No memory: the body
                      // has none
     PartPush *map_push; // [body_count]
-    Slot *elements; // [body_count] of ElementsOut; NULL: not published. No memory: the body tells
-                    // none
+    Slot *elements;     // [body_count] of ElementsOut; NULL: not published. No memory: the body
+                        // reports none
     PartPush *elements_push; // [body_count]
     Ring contact;            // of ContactOut; no memory without tools
     Ring answer;             // of Answer
