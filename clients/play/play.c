@@ -154,8 +154,8 @@ typedef struct Play {
     double rate_hz;
     float *force; // [tools][force_parts]
     int force_parts;
-    uint32_t status_sequence, playback_sequence, event_sequence, ledger_sequence, error_sequence;
-    int ledger, errors; // that were published last
+    uint32_t status_sequence, playback_sequence, event_sequence, lines_sequence[RECORDING_LISTS];
+    int lines[RECORDING_LISTS]; // that were published last
     int64_t status_ns, playback_ns, whole_ns, tools_ns, frame_ns;
 } Play;
 
@@ -526,47 +526,49 @@ static void publish_status(Play *play)
     publish_hello(play);
 }
 
-// Publishes the ledger of what is shown if it is another one than before, or `again`.
-static bool publish_ledger(Play *play, bool again, Status *status)
+// Reads the newest lines of what is shown if they are others than before, or `again`; `count` 0:
+// not.
+static bool read_lines(Play *play, RecordingList list, bool again, RecordingLedger *line,
+                       int *count, Status *status)
+{
+    const int number = timeline_find_lines(play->timeline, list, play->shown);
+    *count = 0;
+    if (number == 0 || (number == play->lines[list] && !again))
+        return true;
+    play->lines[list] = number;
+    play->lines_sequence[list]++;
+    return timeline_lines(play->timeline, list, number, line, count, status);
+}
+
+static bool publish_lines(Play *play, bool again, Status *status)
 {
     RecordingLedger line[LEDGER_LINES];
-    LedgerParts parts;
-    int count;
-    const int number = timeline_find_ledger(play->timeline, play->shown);
-    if (number == 0 || (number == play->ledger && !again))
-        return true;
-    if (!timeline_ledger(play->timeline, number, line, &count, status))
-        return false;
     char channel[CLIENT_CHANNEL_MAX];
-    pliant_ledger_t message = ledger_message(line, count, &parts);
-    message.utime = client_utime();
-    message.sequence = (int32_t)++play->ledger_sequence;
-    client_channel(&play->client, "LEDGER", NULL, channel);
-    pliant_ledger_t_publish(play->client.lcm, channel, &message);
-    play->ledger = number;
+    int count;
+    if (!read_lines(play, RECORDING_LEDGERS, again, line, &count, status))
+        return false;
+    if (count > 0) {
+        LedgerParts parts;
+        pliant_ledger_t message = ledger_message(line, count, &parts);
+        message.utime = client_utime();
+        message.sequence = (int32_t)play->lines_sequence[RECORDING_LEDGERS];
+        client_channel(&play->client, "LEDGER", NULL, channel);
+        pliant_ledger_t_publish(play->client.lcm, channel, &message);
+    }
+    if (!read_lines(play, RECORDING_ERRORS, again, line, &count, status))
+        return false;
+    if (count > 0) {
+        ErrorParts parts;
+        pliant_error_t message = error_message(line, count, &parts);
+        message.utime = client_utime();
+        message.sequence = (int32_t)play->lines_sequence[RECORDING_ERRORS];
+        client_channel(&play->client, "ERROR", NULL, channel);
+        pliant_error_t_publish(play->client.lcm, channel, &message);
+    }
     return true;
 }
 
-// The same of errors.
-static bool publish_errors(Play *play, bool again, Status *status)
-{
-    RecordingLedger line[ERRORS_LINES];
-    ErrorParts parts;
-    int count;
-    const int number = timeline_find_errors(play->timeline, play->shown);
-    if (number == 0 || (number == play->errors && !again))
-        return true;
-    if (!timeline_errors(play->timeline, number, line, &count, status))
-        return false;
-    char channel[CLIENT_CHANNEL_MAX];
-    pliant_error_t message = error_message(line, count, &parts);
-    message.utime = client_utime();
-    message.sequence = (int32_t)++play->error_sequence;
-    client_channel(&play->client, "ERROR", NULL, channel);
-    pliant_error_t_publish(play->client.lcm, channel, &message);
-    play->errors = number;
-    return true;
-}
+_Static_assert((int)ERRORS_LINES <= (int)LEDGER_LINES, "either fits");
 
 static void publish_playback(Play *play, bool whole)
 {
@@ -669,7 +671,7 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     if (is_due(&play->status_ns, now_ns, STATUS_MS))
         publish_status(play);
     const bool whole = is_due(&play->whole_ns, now_ns, WHOLE_MS);
-    if (!publish_ledger(play, whole, status) || !publish_errors(play, whole, status))
+    if (!publish_lines(play, whole, status))
         return false;
     if (whole) {
         sender_repeat(&play->sender, false);

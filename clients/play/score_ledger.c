@@ -7,11 +7,12 @@
 
 bool score_read_ledger(Timeline *timeline, Score *score, Status *status)
 {
-    const int last = timeline_find_ledger(timeline, score->last_s + 1.0);
+    const int last = timeline_find_lines(timeline, RECORDING_LEDGERS, score->last_s + 1.0);
     if (last == 0)
         return true;
     score->ledger = score_allocate(LEDGER_LINES, sizeof *score->ledger);
-    return timeline_ledger(timeline, last, score->ledger, &score->ledger_count, status);
+    return timeline_lines(timeline, RECORDING_LEDGERS, last, score->ledger, &score->ledger_count,
+                          status);
 }
 
 // --- measures ------------------------------------------------------------------------------------

@@ -30,20 +30,13 @@ typedef struct TimelineLedger {
     int64_t first;
 } TimelineLedger;
 
-enum { LEDGERS, ERRORS, LISTS };
-
 typedef struct TimelineLines {
     TimelineLedger *at; // [count], times rise
     int count;
 } TimelineLines;
 
-// How each is read; `most` lines belong together.
-static const struct {
-    bool (*read)(RecordingReader *reader, int64_t first, int rows, RecordingLedger *line,
-                 Status *status);
-    int most;
-} LIST[LISTS] = {[LEDGERS] = {recording_reader_ledger, LEDGER_LINES},
-                 [ERRORS] = {recording_reader_errors, ERRORS_LINES}};
+// Most lines that belong together.
+static const int LINES_MOST[RECORDING_LISTS] = {LEDGER_LINES, ERRORS_LINES};
 
 struct Timeline {
     Part part[TIMELINE_PARTS];
@@ -56,7 +49,7 @@ struct Timeline {
     TimelineEvent *event;
     int events;
     int64_t left_out;
-    TimelineLines lines[LISTS];
+    TimelineLines lines[RECORDING_LISTS];
 };
 
 // --- opening -------------------------------------------------------------------------------------
@@ -245,7 +238,7 @@ static void add_line(Timeline *timeline, int list, int p, int64_t row, const Rec
     TimelineLedger *last = lines->count > 0 ? &lines->at[lines->count - 1] : NULL;
     if (line->line != LEDGER_BODY || (before->line == LEDGER_BODY && before->step == line->step)) {
         if (last != NULL && last->part == p && last->first + last->count == row)
-            last->count += last->count < LIST[list].most;
+            last->count += last->count < LINES_MOST[list];
         return;
     }
     if (lines->count == TIMELINE_LEDGERS || !(time < part_end(timeline, p)) ||
@@ -256,8 +249,7 @@ static void add_line(Timeline *timeline, int list, int p, int64_t row, const Rec
 
 static int64_t lines_of(const Timeline *timeline, int list, int p)
 {
-    const RecordingInfo *info = recording_reader_info(timeline->part[p].reader);
-    return list == LEDGERS ? info->ledger : info->errors;
+    return recording_reader_info(timeline->part[p].reader)->lines[list];
 }
 
 static bool read_lines(Timeline *timeline, int list, Status *status)
@@ -275,7 +267,7 @@ static bool read_lines(Timeline *timeline, int list, Status *status)
         RecordingLedger before = {.line = LEDGER_REGION};
         for (int64_t first = 0; first < count; first += BLOCK) {
             const int rows = (int)(count - first < BLOCK ? count - first : BLOCK);
-            if (!LIST[list].read(timeline->part[p].reader, first, rows, block, status))
+            if (!recording_reader_lines(timeline->part[p].reader, list, first, rows, block, status))
                 return false;
             for (int i = 0; i < rows; i++) {
                 add_line(timeline, list, p, first + i, &block[i], &before);
@@ -303,7 +295,7 @@ Timeline *timeline_open(char *const *path, int count, Status *status)
         const Part *last = &timeline->part[timeline->parts - 1];
         timeline->end = last->last + last->offset;
         ok = read_events(timeline, status);
-        for (int list = 0; list < LISTS && ok; list++)
+        for (int list = 0; list < RECORDING_LISTS && ok; list++)
             ok = read_lines(timeline, list, status);
     }
     if (ok)
@@ -319,7 +311,7 @@ void timeline_close(Timeline *timeline)
     for (int i = 0; i < timeline->parts; i++)
         recording_reader_close(timeline->part[i].reader);
     free(timeline->event);
-    for (int list = 0; list < LISTS; list++)
+    for (int list = 0; list < RECORDING_LISTS; list++)
         free(timeline->lines[list].at);
     free(timeline);
 }
@@ -633,8 +625,9 @@ const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64
     return timeline->event;
 }
 
-static int find_lines(const TimelineLines *lines, double time)
+int timeline_find_lines(const Timeline *timeline, RecordingList list, double time)
 {
+    const TimelineLines *lines = &timeline->lines[list];
     int below = -1, above = lines->count;
     while (above - below > 1) {
         const int middle = below + (above - below) / 2;
@@ -646,34 +639,13 @@ static int find_lines(const TimelineLines *lines, double time)
     return below + 1;
 }
 
-static bool take_lines(Timeline *timeline, int list, int number, RecordingLedger *line, int *count,
-                       Status *status)
+bool timeline_lines(Timeline *timeline, RecordingList list, int number, RecordingLedger *line,
+                    int *count, Status *status)
 {
     const TimelineLines *lines = &timeline->lines[list];
     ASSERT(number > 0 && number <= lines->count);
     const TimelineLedger *at = &lines->at[number - 1];
     *count = at->count;
-    return LIST[list].read(timeline->part[at->part].reader, at->first, at->count, line, status);
-}
-
-int timeline_find_ledger(const Timeline *timeline, double time)
-{
-    return find_lines(&timeline->lines[LEDGERS], time);
-}
-
-bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
-                     Status *status)
-{
-    return take_lines(timeline, LEDGERS, number, line, count, status);
-}
-
-int timeline_find_errors(const Timeline *timeline, double time)
-{
-    return find_lines(&timeline->lines[ERRORS], time);
-}
-
-bool timeline_errors(Timeline *timeline, int number, RecordingLedger line[ERRORS_LINES], int *count,
-                     Status *status)
-{
-    return take_lines(timeline, ERRORS, number, line, count, status);
+    return recording_reader_lines(timeline->part[at->part].reader, list, at->first, at->count, line,
+                                  status);
 }

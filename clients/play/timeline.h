@@ -97,13 +97,10 @@ bool timeline_forces(Timeline *timeline, int tool, int parts, float *force, Stat
 // All events in the order of their times, and how many were too many.
 const TimelineEvent *timeline_events(const Timeline *timeline, int *count, int64_t *left_out);
 
-// Returns the number of the last ledger at or before a time, from 1; 0: there is none. Reads it.
-int timeline_find_ledger(const Timeline *timeline, double time);
-bool timeline_ledger(Timeline *timeline, int number, RecordingLedger line[LEDGER_LINES], int *count,
-                     Status *status);
-// The same of errors.
-int timeline_find_errors(const Timeline *timeline, double time);
-bool timeline_errors(Timeline *timeline, int number, RecordingLedger line[ERRORS_LINES], int *count,
-                     Status *status);
+// Returns the number of the last ledger, or of the last errors, at or before a time, from 1; 0:
+// there is none. Reads its lines, at most LEDGER_LINES or ERRORS_LINES.
+int timeline_find_lines(const Timeline *timeline, RecordingList list, double time);
+bool timeline_lines(Timeline *timeline, RecordingList list, int number, RecordingLedger *line,
+                    int *count, Status *status);
 
 #endif

@@ -110,7 +110,8 @@ static void take_event(Intake *intake, const void *data, size_t size)
 static void push_ledger(Intake *intake)
 {
     if (intake->open && intake->ledger_count > 0)
-        queue_push(intake->queue, item_lines(ITEM_LEDGER, intake->ledger, intake->ledger_count),
+        queue_push(intake->queue,
+                   item_lines(RECORDING_LEDGERS, intake->ledger, intake->ledger_count),
                    intake->options.when_full);
 }
 
@@ -149,7 +150,7 @@ static void take_errors(Intake *intake, const void *data, size_t size)
     if (count == 0 || !intake->open || line->step == intake->errors_step)
         return;
     intake->errors_step = line->step;
-    queue_push(intake->queue, item_lines(ITEM_ERRORS, line, count), intake->options.when_full);
+    queue_push(intake->queue, item_lines(RECORDING_ERRORS, line, count), intake->options.when_full);
 }
 
 // --- meshes --------------------------------------------------------------------------------------

@@ -141,13 +141,13 @@ Item *item_event(const RecordingEvent *event)
     return item;
 }
 
-Item *item_lines(ItemKind kind, const RecordingLedger *line, int count)
+Item *item_lines(RecordingList list, const RecordingLedger *line, int count)
 {
     const size_t bytes = (size_t)count * sizeof *line;
-    Item *item = create(kind, 0, bytes);
+    Item *item = create(ITEM_LINES, (int)list, bytes);
     char *at = behind(item);
-    item->as.ledger.line = put(&at, line, bytes);
-    item->as.ledger.count = count;
+    item->as.lines.line = put(&at, line, bytes);
+    item->as.lines.count = count;
     return item;
 }
 
@@ -424,11 +424,8 @@ static void add(Writer *writer, const Item *item)
     case ITEM_EVENT:
         writer->events += recording_add_event(recording, &item->as.event);
         break;
-    case ITEM_LEDGER:
-        recording_add_ledger(recording, item->as.ledger.line, item->as.ledger.count);
-        break;
-    case ITEM_ERRORS:
-        recording_add_errors(recording, item->as.ledger.line, item->as.ledger.count);
+    case ITEM_LINES:
+        recording_add_lines(recording, item->index, item->as.lines.line, item->as.lines.count);
         break;
     default:
         break;

@@ -26,14 +26,13 @@ typedef enum ItemKind {
     ITEM_FRAME,
     ITEM_TOOL,
     ITEM_EVENT,
-    ITEM_LEDGER,
-    ITEM_ERRORS,
+    ITEM_LINES,
     ITEM_END, // of the file
 } ItemKind;
 
 typedef struct Item {
     ItemKind kind;
-    int index;    // of the body or the tool in the file
+    int index;    // of the body or the tool in the file, or the list
     size_t bytes; // of the whole item
     struct Item *next;
     union {
@@ -57,7 +56,7 @@ typedef struct Item {
         struct {
             const RecordingLedger *line;
             int count;
-        } ledger;
+        } lines;
         const RecordingCounts *counts; // [body_count]
     } as;
 } Item;
@@ -73,7 +72,7 @@ Item *item_map(int body, RecordingMapKind kind, const RecordingMap *map, const v
 Item *item_frame(int body, const RecordingFrame *frame, const RecordingMesh *mesh);
 Item *item_tool(int tool, double time, const RecordingTool *sample);
 Item *item_event(const RecordingEvent *event);
-Item *item_lines(ItemKind kind, const RecordingLedger *line, int count); // of ledger or errors
+Item *item_lines(RecordingList list, const RecordingLedger *line, int count);
 Item *item_end(const RecordingCounts *counts, int body_count);
 void item_destroy(Item *item);
 

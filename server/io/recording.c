@@ -334,14 +334,18 @@ hid_t recording_map_type(void)
     return type;
 }
 
+const char *const recording_list_name[RECORDING_LISTS] = {
+    [RECORDING_LEDGERS] = "/ledger", [RECORDING_ERRORS] = "/errors"};
+
 static bool create_events(Recording *recording)
 {
-    return hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
-                            "time s, step ticks", &recording->event) &&
-           hdf_table_create(&recording->file, "/ledger", recording->ledger_type, 0, EVENT_ROWS,
-                            "time s, step ticks, value in SI units", &recording->ledger) &&
-           hdf_table_create(&recording->file, "/errors", recording->ledger_type, 0, EVENT_ROWS,
-                            "time s, step ticks, value in SI units", &recording->errors);
+    bool ok = hdf_table_create(&recording->file, "/events", recording->event_type, 0, EVENT_ROWS,
+                               "time s, step ticks", &recording->event);
+    for (int list = 0; list < RECORDING_LISTS && ok; list++)
+        ok = hdf_table_create(&recording->file, recording_list_name[list], recording->ledger_type,
+                              0, EVENT_ROWS, "time s, step ticks, value in SI units",
+                              &recording->list[list]);
+    return ok;
 }
 
 static bool write_head(Recording *recording, const RecordingOptions *options)
@@ -559,16 +563,11 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
     return begin(recording, &recording->event, 1) && append(recording, &recording->event, 1, event);
 }
 
-bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count)
+bool recording_add_lines(Recording *recording, RecordingList list, const RecordingLedger *line,
+                         int count)
 {
-    return begin(recording, &recording->ledger, count) &&
-           append(recording, &recording->ledger, count, line);
-}
-
-bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count)
-{
-    return begin(recording, &recording->errors, count) &&
-           append(recording, &recording->errors, count, line);
+    return begin(recording, &recording->list[list], count) &&
+           append(recording, &recording->list[list], count, line);
 }
 
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts)
@@ -644,8 +643,8 @@ static void close_file(Recording *recording)
         for (int t = 0; t < TOOL_TABLES; t++)
             hdf_table_close(&recording->tool[i].table[t]);
     hdf_table_close(&recording->event);
-    hdf_table_close(&recording->ledger);
-    hdf_table_close(&recording->errors);
+    for (int list = 0; list < RECORDING_LISTS; list++)
+        hdf_table_close(&recording->list[list]);
     const hid_t type[] = {recording->event_type, recording->ledger_type, recording->map_type};
     for (size_t i = 0; i < sizeof type / sizeof *type; i++)
         if (type[i] >= 0)
@@ -788,15 +787,10 @@ bool recording_add_event(Recording *recording, const RecordingEvent *event)
     return false;
 }
 
-bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count)
+bool recording_add_lines(Recording *recording, RecordingList list, const RecordingLedger *line,
+                         int count)
 {
-    (void)recording, (void)line, (void)count;
-    return false;
-}
-
-bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count)
-{
-    (void)recording, (void)line, (void)count;
+    (void)recording, (void)list, (void)line, (void)count;
     return false;
 }
 

@@ -143,6 +143,10 @@ enum { ERRORS_BODIES = 64, ERRORS_TOOLS = 32, ERRORS_LINES = ERRORS_BODIES + ERR
 enum { ERRORS_SPACE, ERRORS_STEPS, ERRORS_TOTAL, ERRORS_RELATIVE, ERRORS_AGE };
 enum { ERRORS_FORCE, ERRORS_ERROR, ERRORS_SHARE };
 
+// The lists of such lines. Those of one ledger, or of the errors of one step, are behind each
+// other, bodies first.
+typedef enum RecordingList { RECORDING_LEDGERS, RECORDING_ERRORS, RECORDING_LISTS } RecordingList;
+
 typedef struct Recording Recording;
 
 // Checks that FILE can be recorded to, before there is data: creates it if it does not exist and
@@ -169,8 +173,8 @@ bool recording_add_map(Recording *recording, int body, RecordingMapKind kind,
 bool recording_add_frame(Recording *recording, int body, const RecordingFrame *frame);
 bool recording_add_tool(Recording *recording, int tool, double time, const RecordingTool *sample);
 bool recording_add_event(Recording *recording, const RecordingEvent *event);
-bool recording_add_ledger(Recording *recording, const RecordingLedger *line, int count);
-bool recording_add_errors(Recording *recording, const RecordingLedger *line, int count);
+bool recording_add_lines(Recording *recording, RecordingList list, const RecordingLedger *line,
+                         int count);
 
 // Sets the counts that the file reports for a body once it is closed.
 void recording_set_counts(Recording *recording, int body, const RecordingCounts *counts);
@@ -225,8 +229,7 @@ typedef struct RecordingInfo {
     RecordingToolInfo tool[RECORDING_INFO_TOOLS];
     RecordingKindInfo kind[RECORDING_INFO_KINDS];
     int64_t events;
-    int64_t ledger; // its lines; older files have none
-    int64_t errors; // likewise
+    int64_t lines[RECORDING_LISTS]; // older files have none
 } RecordingInfo;
 
 // Returns false with `status` (STATUS_INVALID) if it is not a recording, or which part is damaged.

@@ -497,13 +497,15 @@ static bool read_events(const HdfFile *file, RecordingInfo *info)
     return ok;
 }
 
-static bool read_ledger(const HdfFile *file, RecordingInfo *info)
+static bool read_lists(const HdfFile *file, RecordingInfo *info)
 {
-    if (hdf_exists(file, "/ledger"))
-        info->ledger = count_rows(file, "/ledger", H5T_COMPOUND, 0);
-    if (hdf_exists(file, "/errors"))
-        info->errors = count_rows(file, "/errors", H5T_COMPOUND, 0);
-    return info->ledger >= 0 && info->errors >= 0;
+    bool ok = true;
+    for (int list = 0; list < RECORDING_LISTS && ok; list++) {
+        if (hdf_exists(file, recording_list_name[list]))
+            info->lines[list] = count_rows(file, recording_list_name[list], H5T_COMPOUND, 0);
+        ok = info->lines[list] >= 0;
+    }
+    return ok;
 }
 
 // Opens a file that is being written. A block with a wrong checksum may be half written and is read
@@ -568,7 +570,7 @@ bool recording_read_contents(const HdfFile *file, RecordingInfo *info, Recording
     for (int i = 0; i < info->tool_count && ok; i++)
         ok = read_tool(file, &info->tool[i]);
     return ok && info->body_count >= 0 && info->tool_count >= 0 && read_events(file, info) &&
-           read_ledger(file, info);
+           read_lists(file, info);
 }
 
 // The child's result.

@@ -118,11 +118,13 @@ struct Recording {
     int table_count; // data sets that have rows
     RecordedBody *body;
     RecordedTool *tool;
-    HdfTable event, ledger, errors;
+    HdfTable event, list[RECORDING_LISTS];
     hid_t event_type, ledger_type, map_type;
     int64_t flushed_ns;
     int64_t frames, frames_in_sidecar; // of all bodies
 };
+
+extern const char *const recording_list_name[RECORDING_LISTS];
 
 // Opens the file of a new recording. Never replaces data that may still be needed, and gives
 // reasons where HDF5 only reports a failure. Returns a descriptor, or -1 with `status`.

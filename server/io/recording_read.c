@@ -686,10 +686,13 @@ bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
     return true;
 }
 
-static bool read_lines(RecordingReader *reader, RowSet set, int64_t first, int rows,
-                       RecordingLedger *line, Status *status)
+bool recording_reader_lines(RecordingReader *reader, RecordingList list, int64_t first, int rows,
+                            RecordingLedger *line, Status *status)
 {
-    if (!ask(reader, set, "", first, rows, line, status))
+    static const RowSet set[RECORDING_LISTS] = {ROWS_LEDGER, ROWS_ERRORS};
+    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
+           first + rows <= reader->info.lines[list]);
+    if (!ask(reader, set[list], "", first, rows, line, status))
         return false;
     for (int i = 0; i < rows; i++) {
         line[i].body[sizeof line[i].body - 1] = '\0';
@@ -700,22 +703,6 @@ static bool read_lines(RecordingReader *reader, RowSet set, int64_t first, int r
             line[i].value[k] = isfinite(line[i].value[k]) ? line[i].value[k] : 0.0;
     }
     return true;
-}
-
-bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
-                             RecordingLedger *line, Status *status)
-{
-    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
-           first + rows <= reader->info.ledger);
-    return read_lines(reader, ROWS_LEDGER, first, rows, line, status);
-}
-
-bool recording_reader_errors(RecordingReader *reader, int64_t first, int rows,
-                             RecordingLedger *line, Status *status)
-{
-    ASSERT(rows > 0 && rows <= RECORDING_ROWS_MOST && first >= 0 &&
-           first + rows <= reader->info.errors);
-    return read_lines(reader, ROWS_ERRORS, first, rows, line, status);
 }
 
 #endif

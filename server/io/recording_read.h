@@ -101,11 +101,8 @@ bool recording_reader_tool(RecordingReader *reader, int tool, int64_t first, int
 // finite is 0.
 bool recording_reader_events(RecordingReader *reader, int64_t first, int rows,
                              RecordingEvent *event, Status *status);
-// The same of lines of the ledger; there are recording_reader_info()->ledger. Numbers are finite.
-bool recording_reader_ledger(RecordingReader *reader, int64_t first, int rows,
-                             RecordingLedger *line, Status *status);
-// The same of lines of errors, of which there are recording_reader_info()->errors.
-bool recording_reader_errors(RecordingReader *reader, int64_t first, int rows,
-                             RecordingLedger *line, Status *status);
+// The same of a list's lines; there are recording_reader_info()->lines[list]. Numbers are finite.
+bool recording_reader_lines(RecordingReader *reader, RecordingList list, int64_t first, int rows,
+                            RecordingLedger *line, Status *status);
 
 #endif

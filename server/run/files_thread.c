@@ -165,17 +165,14 @@ static void write_events(FilesThread *files)
         recorder_write_event(files->recorder, event);
         ring_pop(ring);
     }
-    const Ledger *ledger;
-    while (files->exchange->told_ledger.memory != NULL &&
-           (ledger = ring_peek(&files->exchange->told_ledger)) != NULL) {
-        recorder_write_ledger(files->recorder, ledger);
-        ring_pop(&files->exchange->told_ledger);
-    }
-    const Ledger *errors;
-    while (files->exchange->told_errors.memory != NULL &&
-           (errors = ring_peek(&files->exchange->told_errors)) != NULL) {
-        recording_add_errors(files->recorder->recording, errors->line, errors->count);
-        ring_pop(&files->exchange->told_errors);
+    Ring *const told[RECORDING_LISTS] = {[RECORDING_LEDGERS] = &files->exchange->told_ledger,
+                                         [RECORDING_ERRORS] = &files->exchange->told_errors};
+    for (int list = 0; list < RECORDING_LISTS; list++) {
+        const Ledger *lines;
+        while (told[list]->memory != NULL && (lines = ring_peek(told[list])) != NULL) {
+            recording_add_lines(files->recorder->recording, list, lines->line, lines->count);
+            ring_pop(told[list]);
+        }
     }
 }
 

@@ -106,7 +106,6 @@ bool recorder_write_frame(Recorder *recorder, const RecordFrame *frame);
 // Writes a row for each active tool; the frame may have no bodies.
 bool recorder_write_tools(Recorder *recorder, const RecordFrame *frame);
 bool recorder_write_event(Recorder *recorder, const EventOut *event);
-bool recorder_write_ledger(Recorder *recorder, const Ledger *ledger);
 // Sets the number of dropped frames that the file reports.
 void recorder_set_dropped(Recorder *recorder, int64_t frames);
 // Calls recording_close; does nothing without a recording.

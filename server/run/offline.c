@@ -85,7 +85,8 @@ static bool record_ledger(Offline *run, bool now)
     if (run->ledger == NULL || !ledger_is_due(&run->clock, run->sim, now))
         return true;
     ledger_draw(run->ledger, run->sim, run->scene);
-    if (recorder_write_ledger(&run->recorder, run->ledger))
+    if (recording_add_lines(run->recorder.recording, RECORDING_LEDGERS, run->ledger->line,
+                            run->ledger->count))
         return true;
     const Status *said = recording_status(run->recorder.recording);
     return status_fail(run->status, said->code, "%s", said->text);

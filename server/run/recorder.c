@@ -413,11 +413,6 @@ bool recorder_write_event(Recorder *recorder, const EventOut *event)
     return recording_add_event(recorder->recording, &out);
 }
 
-bool recorder_write_ledger(Recorder *recorder, const Ledger *ledger)
-{
-    return recording_add_ledger(recorder->recording, ledger->line, ledger->count);
-}
-
 void recorder_set_dropped(Recorder *recorder, int64_t frames)
 {
     const RecordingCounts counts = {.dropped = frames};

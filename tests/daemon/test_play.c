@@ -179,9 +179,9 @@ TEST(errors_are_told_again_as_they_were)
     Status status = {0};
     RecordingReader *reader = recording_reader_open(session(), &status);
     assert_non_null(reader);
-    const int count = (int)recording_reader_info(reader)->errors;
+    const int count = (int)recording_reader_info(reader)->lines[RECORDING_ERRORS];
     assert_in_range(count, 20, LINES);
-    expect_ok(recording_reader_errors(reader, 0, count, line, &status), status);
+    expect_ok(recording_reader_lines(reader, RECORDING_ERRORS, 0, count, line, &status), status);
     recording_reader_close(reader);
     SCOPED_CLIENT Client *client = client_create();
     pliant_error_t *newest = NULL;

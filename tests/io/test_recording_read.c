@@ -121,7 +121,7 @@ static const char *make_with(const char *name, const char *describe, const char 
              .name = "fat",
              .value = {1.0 / 3.0, (double)NAN, f}}};
         if (f % 10 == 5)
-            assert_true(recording_add_ledger(recording, ledger, 2));
+            assert_true(recording_add_lines(recording, RECORDING_LEDGERS, ledger, 2));
         const RecordingLedger errors[2] = {{.time = frame.time,
                                             .step = f,
                                             .line = ERRORS_BODY,
@@ -129,7 +129,7 @@ static const char *make_with(const char *name, const char *describe, const char 
                                             .value = {1e-4, -1.0, 1e-4, (double)INFINITY, 7.0}},
                                            {.line = ERRORS_TOOL, .flag = 4, .value = {2.0, f}}};
         if (f % 20 == 5)
-            assert_true(recording_add_errors(recording, errors, 2));
+            assert_true(recording_add_lines(recording, RECORDING_ERRORS, errors, 2));
     }
     expect_ok(recording_close(recording, &status), status);
     return path;
@@ -244,17 +244,17 @@ TEST(tools_events_and_the_scene_are_read)
     assert_true(recording_reader_events(reader, 0, 4, event, &status));
     assert_int_equal(event[2].step, 25);
     assert_string_equal(event[2].text, "a cut");
-    assert_int_equal(recording_reader_info(reader)->ledger, 8);
+    assert_int_equal(recording_reader_info(reader)->lines[RECORDING_LEDGERS], 8);
     RecordingLedger ledger[4];
-    assert_true(recording_reader_ledger(reader, 4, 4, ledger, &status));
+    assert_true(recording_reader_lines(reader, RECORDING_LEDGERS, 4, 4, ledger, &status));
     assert_int_equal(ledger[0].line, LEDGER_BODY);
     assert_int_equal(ledger[1].step, 25);
     assert_string_equal(ledger[1].name, "fat");
     expect_near(ledger[1].value[0], 1.0 / 3.0, 0.0);
     expect_near(ledger[1].value[1], 0.0, 0.0); // a number that is none
     expect_near(ledger[3].value[2], 35.0, 0.0);
-    assert_int_equal(recording_reader_info(reader)->errors, 4);
-    assert_true(recording_reader_errors(reader, 2, 2, ledger, &status));
+    assert_int_equal(recording_reader_info(reader)->lines[RECORDING_ERRORS], 4);
+    assert_true(recording_reader_lines(reader, RECORDING_ERRORS, 2, 2, ledger, &status));
     assert_true(ledger[0].line == ERRORS_BODY && ledger[0].step == 25);
     expect_near(ledger[0].value[ERRORS_STEPS], -1.0, 0.0);
     expect_near(ledger[0].value[ERRORS_RELATIVE], 0.0, 0.0); // a number that is none
