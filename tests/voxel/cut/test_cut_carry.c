@@ -431,7 +431,7 @@ TEST(no_shown_point_moves_farther_than_the_residual)
             expect_near(largest_move(&world, before, after), 0.0, 1e-12);
             // One by one: where two merge beside each other, what is between them moves by both.
             // Those that stay take over at most as much as the others leave, and a corner in void
-            // may be another one than the residual assumes: up to 2.9 times the residual with ten
+            // may be another one than the residual assumes: up to 2.9 times the residual with seven
             // seeds.
             double residual;
             const double energy = world_energy(&world);
