@@ -175,6 +175,88 @@ void state_copy_in(const StateList *list, const void *block)
     }
 }
 
+// ---------------------------------------------------------------------------------------------
+// Packed copies: units, each of which is often equal to the one before
+
+enum { UNIT = 32, LEAST = 2 }; // bytes; units that are worth a run
+
+// Units of their own, then repetitions of the last of them.
+typedef struct Run {
+    size_t own, same;
+} Run;
+
+static Run find_run(const unsigned char *from, size_t units)
+{
+    size_t end = 1, same = 0;
+    for (; end < units; end++) {
+        if (memcmp(from + end * UNIT, from + (end - 1) * UNIT, UNIT) == 0)
+            same++;
+        else if (same >= LEAST)
+            break;
+        else
+            same = 0;
+    }
+    return (Run){end - same, same};
+}
+
+// Packs an array, if `to` is not NULL. Returns the bytes that it takes.
+static size_t pack(const unsigned char *from, size_t bytes, unsigned char *to)
+{
+    size_t at = 0;
+    for (size_t left = bytes / UNIT; left > 0;) {
+        const Run run = find_run(from, left);
+        if (to != NULL) {
+            memcpy(to + at, &run, sizeof run);
+            memcpy(to + at + sizeof run, from, run.own * UNIT);
+        }
+        at += sizeof run + run.own * UNIT;
+        from += (run.own + run.same) * UNIT;
+        left -= run.own + run.same;
+    }
+    if (to != NULL)
+        memcpy(to + at, from, bytes % UNIT);
+    return at + bytes % UNIT;
+}
+
+// Unpacks an array of so many bytes. Returns what follows it.
+static const unsigned char *unpack(const unsigned char *from, unsigned char *to, size_t bytes)
+{
+    for (size_t left = bytes / UNIT; left > 0;) {
+        Run run;
+        memcpy(&run, from, sizeof run);
+        from += sizeof run;
+        memcpy(to, from, run.own * UNIT);
+        from += run.own * UNIT;
+        to += run.own * UNIT;
+        for (size_t k = 0; k < run.same; k++, to += UNIT)
+            memcpy(to, from - UNIT, UNIT);
+        left -= run.own + run.same;
+    }
+    memcpy(to, from, bytes % UNIT);
+    return from + bytes % UNIT;
+}
+
+size_t state_pack(const StateList *list, void *block)
+{
+    size_t bytes = 0;
+    for (int i = 0; i < list->count; i++)
+        bytes += pack(state_memory(&list->array[i]), list->array[i].bytes,
+                      block != NULL ? (unsigned char *)block + bytes : NULL);
+    return bytes;
+}
+
+void state_unpack(const StateList *list, const void *block)
+{
+    const unsigned char *from = block;
+    for (int i = 0; i < list->count; i++) {
+        const StateArray *array = &list->array[i];
+        const unsigned char *end = unpack(from, array->memory[0], array->bytes);
+        if (array->memory[1] != NULL) // as in state_copy_in
+            unpack(from, array->memory[1], array->bytes);
+        from = end;
+    }
+}
+
 static bool is_zero(const unsigned char *byte, size_t bytes)
 {
     for (size_t k = 0; k < bytes; k++)

@@ -89,6 +89,10 @@ size_t state_bytes(const StateList *list);
 // pair. Does not allocate: safe on the step thread.
 void state_copy_out(const StateList *list, void *block);
 void state_copy_in(const StateList *list, const void *block);
+// The same with a block in which what repeats is stored once. Packing returns the bytes of it;
+// NULL: only that.
+size_t state_pack(const StateList *list, void *block);
+void state_unpack(const StateList *list, const void *block);
 // Returns FNV-1a over all arrays in list order, without rare ones that are 0 and those aside: equal
 // states have equal hashes.
 uint64_t state_hash(const StateList *list);

@@ -151,7 +151,7 @@ void sim_restored(Sim *sim)
 void sim_reset(Sim *sim)
 {
     SimClock clock = *sim->clock;
-    state_copy_in(sim->state, sim->start_state);
+    state_unpack(sim->state, sim->start_state);
     *sim->clock = clock;
     follow_state(sim, false);
 }

@@ -349,9 +349,9 @@ bool sim_seal(Sim *sim, double settle_s, Status *status)
         sim->estimator = estimate_create(sim->body, sim->body_count, sim->state, sim->arena);
     errors_create(sim);
     // RESET returns to this state.
-    sim->start_state =
-        arena_allocate(sim->arena, ARENA_OUTPUT, state_bytes(sim->state), 1, "state at the start");
-    state_copy_out(sim->state, sim->start_state);
+    sim->start_state = arena_allocate(sim->arena, ARENA_OUTPUT, state_pack(sim->state, NULL), 1,
+                                      "state at the start");
+    state_pack(sim->state, sim->start_state);
     return true;
 }
 

@@ -57,7 +57,7 @@ struct Sim {
     int stage_count;
     StageId stage[STAGE_COUNT];
     int *pieces_at_load; // [body_count]
-    void *start_state;   // copy of the state that sim_reset returns to
+    void *start_state;   // packed copy of the state that sim_reset returns to
 
     // --- changes while running; what `state` lists ---
     SimClock *clock;

@@ -331,6 +331,41 @@ TEST(state_is_copied_out_and_in_whole)
     state_destroy(&list);
 }
 
+// Arrays of any length, with runs of any length at any place, and none.
+TEST(packed_state_comes_back_whatever_repeats_in_it)
+{
+    enum { ARRAYS = 40, MOST = 2000 };
+    static unsigned char memory[ARRAYS][2][MOST], before[ARRAYS][MOST];
+    uint64_t seed = 5;
+    int current = 1;
+    StateList list = {0};
+    for (int k = 0; k < ARRAYS; k++) {
+        const int bytes = k < 3 ? k : 1 + random_below(&seed, MOST);
+        for (int i = 0, unit = 0; i < bytes; i++) {
+            if (i % 32 == 0 && random_below(&seed, 1 + k % 7) == 0)
+                unit = random_below(&seed, 256);
+            memory[k][1][i] = (unsigned char)(unit + i % 32);
+        }
+        memcpy(before[k], memory[k][1], MOST);
+        state_add_pair(&list, memory[k][0], memory[k][1], &current, (size_t)bytes, "array %d", k);
+    }
+    const size_t packed = state_pack(&list, NULL);
+    assert_in_range(packed, 1, state_bytes(&list) - 1);
+    FREED unsigned char *block = malloc(packed + 1);
+    block[packed] = 77;
+    assert_int_equal(state_pack(&list, block), packed);
+    assert_int_equal(block[packed], 77);
+    memset(memory, 0x5a, sizeof memory);
+    state_unpack(&list, block);
+    for (int k = 0; k < ARRAYS; k++)
+        for (int which = 0; which < 2; which++) {
+            assert_memory_equal(memory[k][which], before[k], list.array[k].bytes);
+            if (list.array[k].bytes < MOST) // and nothing behind it
+                assert_int_equal(memory[k][which][list.array[k].bytes], 0x5a);
+        }
+    state_destroy(&list);
+}
+
 TEST(hash_sees_every_byte)
 {
     unsigned char bytes[64] = {0};
