@@ -83,9 +83,12 @@ typedef struct Touched {
     double mass;         // [kg]; 0: it cannot move
     Vec3 swing;          // velocity of the tool's point there by its rotation [m/s]
     Vec3 force;          // of the nodes that do not separate [N]
-    // Of contact_fit_solve: residual [N s] and change of velocity [m/s].
-    Vec3 left, change;
 } Touched;
+
+// Of one in contact_fit_solve: residual [N s] and change of velocity [m/s].
+typedef struct TouchedLeft {
+    Vec3 left, change;
+} TouchedLeft;
 
 // With solids, a local node that a tool pushes.
 typedef struct Pressed {
@@ -239,6 +242,7 @@ struct Contact {
     int pressed_count, touched_count; // local nodes that the tool pushes; carriers that it moves
     Pressed *pressed;
     Touched *touched;
+    TouchedLeft *left; // [touched carrier] of a fitted surface
     int *touched_node; // of the body
     Vec3 *impulse;     // on the touched carriers [N s]
 
@@ -288,6 +292,15 @@ void contact_find_all_normals(Contact *contact);
 void contact_find_normals(Contact *contact, const Candidate *candidate);
 // Returns the number of a face among the known candidates, or -1.
 int contact_find_candidate(const Contact *contact, int face);
+
+// Returns how far beyond its tool's motion a contact looks for faces [m]. Those of solids approach
+// by their own motion alone: by an edge per tick in a sound body.
+static inline double contact_margin(const Contact *contact)
+{
+    const BodySurface *surface = &contact->body->surface;
+    return surface->solid ? fmin(contact->smallest_radius, surface->longest_edge)
+                          : contact->smallest_radius;
+}
 
 // contact_create.c, load time: allocates what nodes need, with room for so many positions and
 // velocities; chooses the capacity of capsules and allocates what these need of candidates.

@@ -106,13 +106,13 @@ static const double STEPS[ROUNDS] = {1.0 / 0.8828, 1.0 / 0.8828, 1.0 / 0.3172, 1
 static void find_left(Contact *contact, Vec3 u, double h, double g)
 {
     const Carriers *fit = contact->fit;
-    Touched *touched = contact->touched;
+    const Touched *touched = contact->touched;
+    TouchedLeft *of = contact->left;
     const int *number = fit->touched;
     for (int t = 0; t < contact->touched_count; t++) {
         const double m = touched[t].mass;
-        touched[t].change =
-            m > 0.0 ? vec3_scale(1.0 / m, contact->impulse[t]) : vec3(0.0, 0.0, 0.0);
-        touched[t].left = vec3_sub(vec3_scale(h, touched[t].force), contact->impulse[t]);
+        of[t].change = m > 0.0 ? vec3_scale(1.0 / m, contact->impulse[t]) : vec3(0.0, 0.0, 0.0);
+        of[t].left = vec3_sub(vec3_scale(h, touched[t].force), contact->impulse[t]);
     }
     for (int p = 0; p < contact->pressed_count; p++) {
         const Pressed *pressed = &contact->pressed[p];
@@ -122,23 +122,24 @@ static void find_left(Contact *contact, Vec3 u, double h, double g)
         const CarrierWeight *weight = fit->weight + follower->first;
         Vec3 move = vec3_sub(pressed->speed, vec3_add(u, pressed->swing));
         for (int c = 0; c < follower->count; c++)
-            move = vec3_madd(move, weight[c].weight, touched[number[weight[c].carrier]].change);
+            move = vec3_madd(move, weight[c].weight, of[number[weight[c].carrier]].change);
         const Vec3 push = vec3_scale(g, sym3_times(contact->lumped[pressed->local], move));
         for (int c = 0; c < follower->count; c++) {
-            Vec3 *left = &touched[number[weight[c].carrier]].left;
+            Vec3 *left = &of[number[weight[c].carrier]].left;
             *left = vec3_madd(*left, -weight[c].weight, push);
         }
     }
 }
 
 // Returns the velocity by which a carrier alone would answer its residual.
-static Vec3 answer(const Contact *contact, const Touched *touched, double g)
+static Vec3 answer(const Contact *contact, int t, double g)
 {
+    const Touched *touched = &contact->touched[t];
     const double m = touched->mass;
     if (!(m > 0.0))
         return vec3(0.0, 0.0, 0.0);
     const Sym3 k = sym3_scale(g / m, contact->carriers.lumped[touched->carrier]);
-    return vec3_scale(1.0 / m, sym3_solve(k, 1.0, touched->left));
+    return vec3_scale(1.0 / m, sym3_solve(k, 1.0, contact->left[t].left));
 }
 
 // Adds the derivative, by the tool's velocity, of what carriers that cannot move withhold. More, as
@@ -163,19 +164,19 @@ static void add_withheld(const Contact *contact, double g, Sym3 *slope)
 
 void contact_fit_solve(Contact *contact, Vec3 u, double h, double g, Sym3 *slope)
 {
-    Touched *touched = contact->touched;
+    const Touched *touched = contact->touched;
     const int count = contact->touched_count;
     for (int round = 0; round < ROUNDS; round++) {
         find_left(contact, u, h, g);
         for (int t = 0; t < count; t++)
             contact->impulse[t] = vec3_madd(contact->impulse[t], STEPS[round] * touched[t].mass,
-                                            answer(contact, &touched[t], g));
+                                            answer(contact, t, g));
     }
     find_left(contact, u, h, g);
     // What cannot move withholds what is left. D would pull a tool that leaves.
     for (int t = 0; t < count; t++)
         if (!(touched[t].mass > 0.0))
-            contact->impulse[t] = touched[t].left;
+            contact->impulse[t] = contact->left[t].left;
     add_withheld(contact, g, slope);
 }
 

@@ -65,9 +65,7 @@ static Vec3 solid_begin(Contact *contact, const ContactMotion *motion)
     const bool fresh = !contact->proxy->valid;
     if (contact->fit != NULL)
         contact->fit->step = motion->step;
-    // Its faces approach by their own motion alone: by an edge per tick in a sound body.
-    const double margin = fmin(contact->smallest_radius, contact->body->surface.longest_edge);
-    const double cap = contact_search(contact, motion, margin);
+    const double cap = contact_search(contact, motion, contact_margin(contact));
     lead_out(contact, fresh, motion->tick);
     return contact_go_free(contact, motion, cap);
 }
@@ -654,6 +652,8 @@ static void solid_create(Contact *contact, const char *name, Arena *arena, State
         carry_themselves(contact, name, arena);
     contact->pressed = ALLOCATE(ARENA_CONTACT, nodes, Pressed, "pressed nodes");
     contact->touched = ALLOCATE(ARENA_CONTACT, carriers, Touched, "touched nodes");
+    if (contact->fit != NULL)
+        contact->left = ALLOCATE(ARENA_CONTACT, carriers, TouchedLeft, "what impulses leave");
     contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "their numbers");
     contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
     state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);

@@ -390,7 +390,7 @@ static void respond(Contact *contact, double g, const Vec3 *v, Vec3 *to, Vec3 *l
     contact_fit_solve(contact, (Vec3){0.0, 0.0, 0.0}, 0.0, g, &slope);
     for (int t = 0; t < contact->touched_count; t++) {
         to[t] = vec3_madd(v[t], 1.0 / contact->touched[t].mass, contact->impulse[t]);
-        left[t] = contact->touched[t].left;
+        left[t] = contact->left[t].left;
     }
 }
 
