@@ -328,6 +328,39 @@ TEST(all_but_the_last_cell_go_and_hardly_any_vertex_comes)
     assert_int_equal(sim_resets(world.sim), 0);
 }
 
+// Each cell that goes may leave six pieces: where fewer numbers are free, none goes, and no two
+// pieces share a number.
+TEST(no_cell_goes_for_whose_pieces_there_are_no_numbers)
+{
+    SCOPED(cut_world_destroy) CutWorld world;
+    VoxelWorldOptions options = with_remover(voxel_world_cube(12), &DRILL);
+    options.body.body.levels = options.body.surface_level = 2;
+    options.body.body.node_capacity = 4000;
+    cut_world_create(&world, &options);
+    CutPieces *pieces = &world.cuts->pieces;
+    const int most = pieces->most, cells = count_present(&world);
+    static const struct {
+        int numbers, cells;
+    } room[] = {{5, 0}, {6, 1}, {11, 1}, {24, 4}};
+    int removed = 0;
+    for (size_t k = 0; k < sizeof room / sizeof *room; k++) {
+        pieces->most = (int)*pieces->count + room[k].numbers;
+        // What is in the way is divided first, in ticks of its own.
+        RemovalOutcome one = {.verdict = CUT_DONE};
+        for (int tick = 0; tick < 20 && one.verdict == CUT_DONE && one.removed == 0; tick++) {
+            sim_ticks(world.sim, 1);
+            one =
+                remove_near(&world, REMOVER_SUCTION, vec3(0.0, 0.0, 0.0), 2.5 * world.lattice.size);
+        }
+        assert_int_equal(one.verdict, room[k].cells == 0 ? CUT_NO_NODES : CUT_DONE);
+        assert_in_range(one.removed, room[k].cells > 0, room[k].cells);
+        removed += one.removed;
+        assert_int_equal(count_present(&world) + removed, cells);
+        pieces->most = most;
+        check_all(&world);
+    }
+}
+
 // --- tools ---
 
 static void hold_tool(CutWorld *world, Vec3 at, double grip)
