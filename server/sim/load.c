@@ -12,7 +12,10 @@ void loads_create(LoadSet *set, const Body *bodies, int body_count, Arena *arena
     bool adapts = false;
     for (int b = 0; b < body_count; b++) {
         int own = bodies[b].surface.node_count;
-        nodes += own;
+        // A solid that adapts has room for more nodes than most scenes need, and all of its surface
+        // now: a load of all nodes fits always, two of all that there are now.
+        const int now = bodies[b].surface.node_used;
+        nodes += bodies[b].fine_elements == 0 ? own : now > own / 2 ? now : (own + 1) / 2;
         most = body_changes(&bodies[b]) && own > most ? own : most;
         // The faces of solids stay as they are.
         adapts |= bodies[b].ops->adapt != NULL && !bodies[b].surface.solid;

@@ -478,7 +478,7 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->site = ALLOCATE(ARENA_STEP, kept, CarrySite, "sites of carried vertices");
     carry->need = ALLOCATE(ARENA_STEP, larger, unsigned, "middles of carrying elements");
     carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
-    carry->leaf = ALLOCATE(ARENA_STEP, larger, int, "carrying elements");
+    carry->leaf = ALLOCATE(ARENA_STEP, lattice->most_larger, int, "carrying elements");
     carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "elements that were looked at");
     carry->known = ALLOCATE(ARENA_STEP, larger, unsigned, "elements with known vertices");
     carry->row = arena_allocate(arena, ARENA_STEP, ROW * (size_t)kept,

@@ -209,9 +209,9 @@ static void create_elements(CutLattice *lattice, const char *name, const VoxelMa
 static void create_scratch_of_merging(CutLattice *lattice, const char *name, Arena *arena)
 {
     CutScratch *scratch = lattice->scratch;
-    const int elements = lattice->element_count, cells = lattice->level_first[1];
     scratch->is_ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "ended vertices");
-    lattice->changes.merged = ALLOCATE(ARENA_TOPOLOGY, elements - cells, int, "merged elements");
+    lattice->changes.merged =
+        ALLOCATE(ARENA_TOPOLOGY, lattice->most_larger, int, "merged elements");
     lattice->changes.ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutEnd, "ends");
     int words = lattice->vertex_capacity;
     for (int level = 0; level < FREE_LEVELS; level++) {
