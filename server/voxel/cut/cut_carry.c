@@ -490,13 +490,10 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
 // ---------------------------------------------------------------------------------------------
 // Finest cells
 
-unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot)
+unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot, int cell[8])
 {
-    int cell[8];
     unsigned broken = 0, cells = 0;
-    for (int s = 0; s < 8; s++)
-        cell[s] = cut_lattice_cell(lattice, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
-                                   point[2] - 1 + (s >> 2));
+    cut_lattice_cells(lattice, point, cell);
     for (int f = 0; f < 12; f++) {
         const int low = cell[POINT_FACE[f]];
         broken |= (unsigned)(low >= 0 && cut_lattice_is_open(lattice, low, f / 4)) << f;
@@ -514,7 +511,8 @@ int cut_carry_corner(const CutLattice *lattice, int cell, int corner)
     const CutScratch *scratch = lattice->scratch;
     const short *at = lattice->element[cell].cell;
     const int point[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};
-    const unsigned cells = cut_carry_cells(lattice, point, 7 - corner);
+    int around[8];
+    const unsigned cells = cut_carry_cells(lattice, point, 7 - corner, around);
     // Its anchor is the lowest of its cells.
     int v = cut_parts_first(scratch, cut_parts_index(scratch, point));
     while (v >= 0 && (cells == 0 || lattice->anchor[v] != __builtin_ctz(cells)))

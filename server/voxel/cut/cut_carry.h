@@ -134,8 +134,8 @@ static inline int cut_carry_weights(const CutCarry *carry, int vertex, FitWeight
 
 // --- finest cells around a point, whatever the leaves ---
 // Returns the slots of the finest cells around a point that hold together with the one in a slot,
-// across faces that are not open; 0: it is void or gone.
-unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot);
+// across faces that are not open; 0: it is void or gone. Finds the cells in all slots.
+unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot, int cell[8]);
 // Returns the vertex at a corner of a finest cell, also while a larger leaf covers the cell: it is
 // carried then, unless it is a vertex of that leaf. -1: none, inside of the leaf.
 int cut_carry_corner(const CutLattice *lattice, int cell, int corner);

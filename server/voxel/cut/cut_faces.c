@@ -520,16 +520,15 @@ static bool follow_copy(CutFaces *faces, int vertex)
 {
     const CutLattice *lattice = faces->lattice;
     bool changed = false;
-    int point[3];
+    int point[3], cell[8];
     cut_lattice_point(lattice, vertex, point);
+    cut_lattice_cells(lattice, point, cell);
     for (int s = 0; s < 8; s++) {
-        const int cell = cut_lattice_cell(lattice, point[0] - 1 + (s & 1),
-                                          point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
-        if (cell < 0 || cut_lattice_is_leaf(lattice, cell))
+        if (cell[s] < 0 || cut_lattice_is_leaf(lattice, cell[s]))
             continue;
         for (int d = 0; d < SQUARE_DIRECTIONS; d++)
-            if (cut_faces_square(faces, cell, d) >= 0)
-                changed |= follow_corners(faces, cut_faces_square(faces, cell, d));
+            if (cut_faces_square(faces, cell[s], d) >= 0)
+                changed |= follow_corners(faces, cut_faces_square(faces, cell[s], d));
     }
     return changed;
 }

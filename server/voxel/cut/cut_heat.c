@@ -350,13 +350,12 @@ bool cut_heat_shows(CutHeat *heat, double tick)
 double cut_heat_share(const CutHeat *heat, int vertex)
 {
     const CutLattice *lattice = heat->lattice;
-    int point[3], there = 0, coagulated = 0;
+    int point[3], cell[8], there = 0, coagulated = 0;
     cut_lattice_point(lattice, vertex, point);
+    cut_lattice_cells(lattice, point, cell);
     for (int s = 0; s < 8; s++) {
-        const int cell = cut_lattice_cell(lattice, point[0] - 1 + (s & 1),
-                                          point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2));
-        there += cell >= 0;
-        coagulated += cell >= 0 && cut_heat_is_coagulated(heat, cell);
+        there += cell[s] >= 0;
+        coagulated += cell[s] >= 0 && cut_heat_is_coagulated(heat, cell[s]);
     }
     return there > 0 ? (double)coagulated / there : 0.0;
 }

@@ -472,6 +472,22 @@ int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k)
     return unless_gone(lattice, cut_parts_block(lattice, 0, i, j, k));
 }
 
+void cut_lattice_cells(const CutLattice *lattice, const int point[3], int cell[8])
+{
+    const int i = point[0] - 1, j = point[1] - 1, k = point[2] - 1, *n = lattice->count;
+    const long row = n[0], layer = row * n[1], at = k * layer + j * row + i;
+    // Slots inside of the lattice.
+    const unsigned inside = (i < 0 ? 0xaaU : 0xffU) & (i + 1 < n[0] ? 0xffU : 0x55U) &
+                            (j < 0 ? 0xccU : 0xffU) & (j + 1 < n[1] ? 0xffU : 0x33U) &
+                            (k < 0 ? 0xf0U : 0xffU) & (k + 1 < n[2] ? 0xffU : 0x0fU);
+    for (int s = 0; s < 8; s++) {
+        const long a = s & 1, b = s >> 1 & 1, c = s >> 2;
+        cell[s] = inside >> s & 1 ? lattice->lut[0][at + a + b * row + c * layer] : -1;
+        if (lattice->removable)
+            cell[s] = unless_gone(lattice, cell[s]);
+    }
+}
+
 int cut_lattice_leaf_of(const CutLattice *lattice, int cell)
 {
     return cut_parts_leaf(lattice, cell);

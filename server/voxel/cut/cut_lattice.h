@@ -269,6 +269,8 @@ static inline const int *cut_lattice_nodes(const CutLattice *lattice, int elemen
 // Returns the finest cell at a position, as an element of level 0 (leaf or not); -1: void, gone or
 // outside.
 int cut_lattice_cell(const CutLattice *lattice, int i, int j, int k);
+// Finds those around a point, by slot.
+void cut_lattice_cells(const CutLattice *lattice, const int point[3], int cell[8]);
 // Returns the same, also if it is gone.
 int cut_lattice_cell_at_load(const CutLattice *lattice, int i, int j, int k);
 // Returns the leaf that covers a finest cell.

@@ -100,15 +100,13 @@ static void set_node_mass(CutMasses *masses, int vertex)
     const CutLattice *lattice = masses->lattice;
     const int anchor = lattice->anchor[vertex];
     double mass = 0.0;
-    int point[3];
+    int point[3], cell[8];
     if (anchor >= 0 && anchor < 8) {
         cut_lattice_point(lattice, vertex, point);
-        const unsigned cells = cut_carry_cells(lattice, point, anchor);
+        const unsigned cells = cut_carry_cells(lattice, point, anchor, cell);
         for (int s = 0; s < 8; s++)
             if (cells >> s & 1)
-                mass += 0.125 * mass_of(masses, cut_lattice_cell(lattice, point[0] - 1 + (s & 1),
-                                                                 point[1] - 1 + (s >> 1 & 1),
-                                                                 point[2] - 1 + (s >> 2)));
+                mass += 0.125 * mass_of(masses, cell[s]);
     }
     masses->node_mass[vertex] = mass;
 }

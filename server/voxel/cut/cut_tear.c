@@ -399,9 +399,7 @@ static void release_vertex(CutTear *tear, int vertex)
     const CutLattice *lattice = tear->lattice;
     int point[3], cell[8];
     cut_lattice_point(lattice, vertex, point);
-    for (int s = 0; s < 8; s++)
-        cell[s] = cut_lattice_cell(lattice, point[0] - 1 + (s & 1), point[1] - 1 + (s >> 1 & 1),
-                                   point[2] - 1 + (s >> 2));
+    cut_lattice_cells(lattice, point, cell);
     for (int f = 0; f < 12; f++) {
         const int low = cell[POINT_FACE[f]], high = cell[POINT_FACE[f] + (1 << f / 4)];
         if (low >= 0 && high >= 0 &&
