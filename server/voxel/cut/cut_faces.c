@@ -346,8 +346,13 @@ void cut_faces_settle_touched(CutFaces *faces)
         faces->is_touched[vertex] = 0;
         if (faces->face_firmness == NULL || !(faces->least_firm > 0.0))
             continue;
-        for (int k = faces->start[vertex]; k < faces->end[vertex]; k++)
-            set_face_firmness(faces, faces->list[k]);
+        for (int k = faces->start[vertex]; k < faces->end[vertex]; k++) {
+            // Once: with the last of its corners.
+            const int *corner = faces->face[faces->list[k]];
+            if (!(faces->is_touched[corner[0]] | faces->is_touched[corner[1]] |
+                  faces->is_touched[corner[2]]))
+                set_face_firmness(faces, faces->list[k]);
+        }
     }
     faces->touched_count = 0;
 }
