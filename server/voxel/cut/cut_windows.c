@@ -91,21 +91,27 @@ static void create_plain(CutWindows *windows, const char *name, Arena *arena)
     windows->runs.plain = (PlainBatches){count, windows->plain_vertex[0][0], windows->plain_class};
 }
 
-// Returns the most plain batches for this many leaves: full ones, and what each material leaves
-// over in each group.
-static int most_plain(const CutWindows *windows, int leaves)
+// Returns the most plain batches for the leaves that there may be: full ones, and what each
+// material leaves over in each group. Finest cells come eight at a time, so that groups of one
+// material leave half a batch over.
+static int most_plain(const CutWindows *windows)
 {
     const CutLattice *lattice = windows->lattice;
-    int batches = leaves / LANES;
+    int batches = batches_for(lattice->most_cells) + batches_for(lattice->most_larger), halves = 0;
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
         bool has[256] = {false};
         for (int e = lattice->window[own->first].first; e < lattice->window[own->end - 1].end; e++)
             has[lattice->element[e].material] = true;
+        int kinds = 0;
         for (int m = 0; m < 256; m++)
-            batches += has[m] * (windows->stiff != NULL ? 2 : 1);
+            kinds += has[m] * (windows->stiff != NULL ? 2 : 1);
+        if (kinds == 1 && lattice->window[own->first].level == 0 && lattice->family_row != NULL)
+            halves++;
+        else
+            batches += kinds;
     }
-    return batches;
+    return batches + (halves + 1) / 2;
 }
 
 static int count_groups_above(const CutWindows *windows)
@@ -128,7 +134,7 @@ static void create_pool(CutWindows *windows, const char *name, Arena *arena, Sta
     windows->mixed = ALLOCATE(ARENA_STEP, windows->group_count, BatchRange, "mixed windows");
     BatchPool *pool = ALLOCATE(ARENA_TOPOLOGY, 1, BatchPool, "pool of batches");
     windows->pool = pool;
-    pool->end[0] = most_plain(windows, lattice->most_cells + larger);
+    pool->end[0] = most_plain(windows);
     pool->end[1] = pool->end[0] + batches_for(larger);
     pool->end[2] = pool->end[1] + batches_for(larger) + count_groups_above(windows);
     windows->capacity[BATCH_PLAIN] = pool->end[0];
