@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINTS = 27, CENTRE = 13 };
+enum { POINTS = 27, CENTRE = 13, AHEAD = 24 };
 static const int STEP[3] = {1, 3, 9};
 static const signed char CORNER_AT[NODE_CORNERS] = {0, 2, 6, 8, 18, 20, 24, 26};
 
@@ -157,8 +157,16 @@ void cut_carry_find(CutCarry *carry, int leaf)
 
 void cut_carry_all(CutCarry *carry)
 {
-    for (int k = 0; k < carry->leaf_count; k++)
+    const size_t row = ROW * rows_real_size(&carry->vertices->rows);
+    const char *rows = vertices_row(carry->vertices);
+    for (int k = 0; k < carry->leaf_count; k++) {
+        // The rows of the vertices of the element after the next: fetch ahead.
+        const int *node =
+            cut_lattice_nodes(carry->lattice, carry->leaf[k + 2 < carry->leaf_count ? k + 2 : k]);
+        for (int n = 0; n < NODE_COUNT; n++)
+            __builtin_prefetch(rows + (node[n] < 0 ? 0 : (size_t)node[n] * row));
         cut_carry_find(carry, carry->leaf[k]);
+    }
 }
 
 void cut_carry_update_some(CutCarry *carry, const void *row, const int *leaf, int count)
@@ -285,6 +293,7 @@ static void settle(CutCarry *carry, int leaf)
     for (int k = carry->first[at]; k < carry->end[at]; k++) {
         const int v = carry->vertex[k];
         carry->leaf_of[v] = -1;
+        carry->site[k].low = -1;
         if (!lattice->carried[v])
             continue;
         cut_lattice_point(lattice, v, point);

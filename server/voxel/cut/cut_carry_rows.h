@@ -58,9 +58,13 @@ static void UPDATE(const CutCarry *carry, int leaf, const REAL *row)
     PART point[POINTS][PARTS] = {{{0}}};
     const int at = leaf - carry->lattice->level_first[1];
     FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], point);
-    for (int k = carry->first[at]; k < carry->end[at]; k++)
-        if (carry->leaf_of[carry->vertex[k]] >= 0)
+    for (int k = carry->first[at]; k < carry->end[at]; k++) {
+        // What is shown by one element is scattered over the rows: fetch ahead.
+        const int soon = carry->vertex[k + AHEAD < carry->vertex_count ? k + AHEAD : k];
+        __builtin_prefetch(to + (long)soon * ROW, 1);
+        if (carry->site[k].low >= 0)
             PUT(point, &carry->site[k], to + (long)carry->vertex[k] * ROW);
+    }
 }
 
 #undef PARTS

@@ -44,6 +44,7 @@ typedef struct CutMasses {
     // Of a body that adapts: how many of each RUN_ROWS rows belong to vertices with elements, and
     // the runs of rows that move (Vertices.run).
     int *busy, (*run)[2];
+    int run_used; // rows in use when these were listed
 
     int *retired, retired_count; // vertices without elements; NULL: cells cannot go
 

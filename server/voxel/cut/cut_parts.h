@@ -103,6 +103,12 @@ static inline int cut_parts_first(const CutScratch *scratch, int index)
     return scratch->head[cut_parts_head(scratch, index)];
 }
 
+// Fetches the place of a point in `head` into the caches.
+static inline void cut_parts_fetch(const CutScratch *scratch, const int point[3])
+{
+    __builtin_prefetch(&scratch->head[cut_parts_home(scratch, cut_parts_index(scratch, point))]);
+}
+
 enum { CUT_CELLS = -2 };
 // Returns the index of the block of a cell in the grid.
 static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)

@@ -67,13 +67,16 @@ void cut_release_note(CutRelease *release, bool soon)
         return;
     }
     *release->known = 1;
-    for (int r = 0; r < vertices->run_count; r++)
-        for (long v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
-            if (vertices->rows.precision == PRECISION_SINGLE)
-                memcpy(release->before[v], (const float *)row + v * ROW + 4, 3 * sizeof(float));
-            else
-                for (int c = 0; c < 3; c++)
-                    release->before[v][c] = (float)((const double *)row)[v * ROW + 4 + c];
+    const bool single = vertices->rows.precision == PRECISION_SINGLE;
+    float(*before)[3] = release->before;
+    for (int r = 0; r < vertices->run_count; r++) {
+        const long first = vertices->run[r][0], end = vertices->run[r][1];
+        for (long v = first; v < end && single; v++)
+            memcpy(before[v], (const float *)row + v * ROW + 4, sizeof *before);
+        for (long v = first; v < end && !single; v++)
+            for (int c = 0; c < 3; c++)
+                before[v][c] = (float)((const double *)row)[v * ROW + 4 + c];
+    }
 }
 
 void cut_release_forget(CutRelease *release, bool whole)

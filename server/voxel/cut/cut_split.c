@@ -296,6 +296,12 @@ void cut_split_visit(CutLattice *lattice, int element)
     int offset[3], point[3], leaf[8];
     CutBlocks blocks;
     cut_split_find_blocks(lattice, element, &blocks);
+    // Points are all over the tables, which a tick has displaced from the caches: fetch ahead.
+    for (int n = 0; n < CUT_POINTS; n++) {
+        offset_of(n, offset);
+        take_point(lattice, element, &blocks, offset, point, leaf);
+        cut_parts_fetch(lattice->scratch, point);
+    }
     for (int n = 0; n < CUT_POINTS; n++) {
         offset_of(n, offset);
         take_point(lattice, element, &blocks, offset, point, leaf);

@@ -242,18 +242,37 @@ static void add_range(CutWindows *windows, int kind, const BatchRange *range)
     }
 }
 
+// Most groups of a body that adapts have no leaf.
 static void list_runs(CutWindows *windows)
 {
     for (int kind = 0; kind < BATCH_KINDS; kind++) {
         batch_runs_begin(&windows->runs, kind);
-        for (int g = 0; g < windows->group_count; g++) {
-            for (int w = windows->group[g].first; w < windows->group[g].end; w++)
-                add_range(windows, kind, &windows->full[w]);
-            add_range(windows, kind, &windows->pooled[g]);
-            add_range(windows, kind, &windows->mixed[g]);
-        }
+        for (int word = 0; word < bits_words(windows->group_count); word++)
+            for (uint64_t left = windows->in_use[word]; left != 0;) {
+                const int g = bits_take(&left, word);
+                for (int w = windows->group[g].first; w < windows->group[g].end; w++)
+                    add_range(windows, kind, &windows->full[w]);
+                add_range(windows, kind, &windows->pooled[g]);
+                add_range(windows, kind, &windows->mixed[g]);
+            }
         batch_runs_end(&windows->runs, kind);
     }
+}
+
+// Packs a group, and notes whether it has batches.
+static void pack(CutWindows *windows, int group, bool turns)
+{
+    const WindowGroup *own = &windows->group[group];
+    int used = 0;
+    cut_pack(windows, group, turns);
+    for (int kind = 0; kind < BATCH_KINDS; kind++) {
+        for (int w = own->first; w < own->end; w++)
+            used += windows->full[w].used[kind];
+        used += windows->pooled[group].used[kind] + windows->mixed[group].used[kind];
+    }
+    bits_remove(windows->in_use, group);
+    if (used > 0)
+        bits_add(windows->in_use, group);
 }
 
 // Finds the batches that ranges had, in their order, from the state. What the state does not say is
@@ -303,7 +322,7 @@ static void pack_all(CutWindows *windows)
     if (windows->pool != NULL)
         find_held(windows);
     for (int g = 0; g < windows->group_count; g++)
-        cut_pack(windows, g, false);
+        pack(windows, g, false);
     if (windows->pool != NULL)
         cut_pack_free_held(windows);
     memset(windows->is_changed, 0, count * sizeof *windows->is_changed);
@@ -322,6 +341,8 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
                                          sizeof *windows->rest_count, "%s/left over counts", name);
     windows->changed = ALLOCATE(ARENA_TOPOLOGY, count, int, "changed windows");
     windows->is_changed = ALLOCATE(ARENA_TOPOLOGY, count, bool, "windows that changed");
+    windows->in_use =
+        ALLOCATE(ARENA_TOPOLOGY, bits_words(windows->group_count), uint64_t, "groups in use");
 }
 
 // Numbers a class for each partly filled element that may come, behind those of whole ones.
@@ -402,7 +423,7 @@ void cut_windows_update(CutWindows *windows)
         if (windows->group_of[window] == group)
             continue;
         group = windows->group_of[window];
-        cut_pack(windows, group, true);
+        pack(windows, group, true);
     }
     for (int k = 0; k < count; k++)
         windows->is_changed[windows->changed[k]] = false;

@@ -96,6 +96,7 @@ typedef struct CutWindows {
     unsigned char *rest_cell;       // [element of level 0]
     uint32_t *rest;                 // [element - level_first[1]]
     int (*rest_count)[BATCH_KINDS]; // [window]
+    uint64_t *in_use;               // a bit for each group with batches
 
     // --- within an update ---
     int *changed; // windows, ascending
