@@ -379,19 +379,15 @@ static inline void turn(const Four column[3], Four *v)
 // Decisions of the loop below, made once.
 typedef struct Kind {
     bool single, displaced, turned; // as in the rows
-    bool carried;                   // some are
+    bool carried;                   // some are: left out
+    bool some;                      // rows one behind the other, to places to[i]
     bool whole;                     // as in store
 } Kind;
 
-static inline const void *from(const Rows *rows, Kind kind, const void *row, long at)
-{
-    return kind.carried ? rows_of(rows, row, (int)at) : row;
-}
-
 // Rows slot[first .. last).
 static inline __attribute__((always_inline)) void take(const Rows *rows, Kind kind, const void *row,
-                                                       const int *slots, int first, int last,
-                                                       float *position, float *velocity)
+                                                       const int *slots, const int *to, int first,
+                                                       int last, float *position, float *velocity)
 {
     const size_t real = kind.single ? sizeof(float) : sizeof(double);
     Four origin = {0.0}, speed = {0.0}, column[3] = {{0.0}};
@@ -409,10 +405,15 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
     for (long i = first; i < last; i++) {
         const long slot = slots[i], soon = slots[i + AHEAD < last ? i + AHEAD : i];
         // Slots are scattered: fetch ahead.
-        __builtin_prefetch((const char *)from(rows, kind, row, soon) + soon * (long)(ROW * real));
-        if (kind.displaced)
-            __builtin_prefetch(rows->rest[soon]);
-        const void *own = (const char *)from(rows, kind, row, slot) + slot * (long)(ROW * real);
+        if (!kind.some && !(kind.carried && rows_is_carried(rows, (int)soon))) {
+            __builtin_prefetch((const char *)row + soon * (long)(ROW * real));
+            if (kind.displaced)
+                __builtin_prefetch(rows->rest[soon]);
+        }
+        if (kind.carried && rows_is_carried(rows, (int)slot))
+            continue;
+        const long at = kind.some ? to[i] : i;
+        const void *own = (const char *)row + (kind.some ? i : slot) * (long)(ROW * real);
         Four x, v;
         // Rest position, displacement, turn and origin: the position in the world.
         load_four(own, kind.single, 0, &x);
@@ -423,7 +424,7 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
                 turn(column, &x);
             x += origin;
         }
-        store(position + 3 * i, &x, kind.whole);
+        store(position + 3 * at, &x, kind.whole);
         // Velocities only where they are asked for.
         if (velocity == NULL)
             continue;
@@ -432,32 +433,35 @@ static inline __attribute__((always_inline)) void take(const Rows *rows, Kind ki
             turn(column, &v);
             v += speed;
         }
-        store(velocity + 3 * i, &v, kind.whole);
+        store(velocity + 3 * at, &v, kind.whole);
     }
 }
 
 // All nodes: the last one separately, because nothing may be written after it.
 static inline __attribute__((always_inline)) void take_all(const Rows *rows, Kind kind,
                                                            const void *row, const int *slot,
-                                                           int count, float *position,
-                                                           float *velocity)
+                                                           const int *to, int count,
+                                                           float *position, float *velocity)
 {
-    const int last = count - 1;
+    const int last = kind.some ? 0 : count - 1;
     kind.whole = true;
-    take(rows, kind, row, slot, 0, last, position, velocity);
+    take(rows, kind, row, slot, to, 0, last, position, velocity);
     kind.whole = false;
-    take(rows, kind, row, slot, last, last + 1, position, velocity);
+    take(rows, kind, row, slot, to, last, count, position, velocity);
 }
 
 static inline __attribute__((always_inline)) void take_of(const Rows *rows, const void *row,
-                                                          const int *slot, int count,
-                                                          float *position, float *velocity)
+                                                          const int *slot, const int *to, bool some,
+                                                          int count, float *position,
+                                                          float *velocity)
 {
     // One copy of the loop for each kind of rows: no decision per node.
-    const bool single = rows->precision == PRECISION_SINGLE, carried = rows->carried_end > 0;
-#define TAKE(...) take_all(rows, (Kind){__VA_ARGS__}, row, slot, count, position, velocity)
+    const bool single = rows->precision == PRECISION_SINGLE,
+               carried = !some && rows->carried_end > 0;
+#define TAKE(...)                                                                                  \
+    take_all(rows, (Kind){.some = some, __VA_ARGS__}, row, slot, to, count, position, velocity)
     if (!rows->displaced)
-        TAKE(0);
+        TAKE(.displaced = false);
     else if (single && rows->turned && carried)
         TAKE(.single = true, .displaced = true, .turned = true, .carried = true);
     else if (single && rows->turned)
@@ -479,9 +483,18 @@ void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count
     if (count == 0)
         return;
     if (velocity != NULL)
-        take_of(rows, row, slot, count, position, velocity);
+        take_of(rows, row, slot, NULL, false, count, position, velocity);
     else
-        take_of(rows, row, slot, count, position, NULL);
+        take_of(rows, row, slot, NULL, false, count, position, NULL);
+}
+
+void rows_snapshot_some(const Rows *rows, const void *row, const int *slot, const int *to,
+                        int count, float *position, float *velocity)
+{
+    if (velocity != NULL)
+        take_of(rows, row, slot, to, true, count, position, velocity);
+    else
+        take_of(rows, row, slot, to, true, count, position, NULL);
 }
 
 void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position)

@@ -166,12 +166,9 @@ void fitted_snapshot_rows(const FittedBody *fitted, const Rows *rows, const void
     rows_snapshot(rows, row, fitted->vertex, fitted->fit.row_count, position, velocity);
 }
 
-void fitted_snapshot(const FittedBody *fitted, const Rows *rows, const void *row, int node_count,
-                     float *position, float *velocity)
+void fitted_snapshot(const FittedBody *fitted, int node_count, float *position, float *velocity)
 {
     const BodyFit *fit = &fitted->fit;
-    fitted_snapshot_rows(fitted, rows, row, fitted->position,
-                         velocity == NULL ? NULL : fitted->velocity);
     fit_nodes(fit, node_count, fitted->position, fitted->scratch, position);
     if (velocity != NULL)
         fit_nodes(fit, node_count, fitted->velocity, fitted->scratch, velocity);

@@ -26,11 +26,11 @@ void fitted_reserve(FittedBody *fitted, const char *name, Arena *arena);
 
 // BodyOps.fit_node of a body that cannot be cut.
 void fitted_node(const FittedBody *fitted, const Rows *rows, int node, FitNode *out);
-// BodyOps.snapshot_rows, .snapshot, as if all fades had ended, and .snapshot_rest.
+// BodyOps.snapshot_rows, .snapshot of `position` and `velocity`, which are these rows, as if all
+// fades had ended, and .snapshot_rest.
 void fitted_snapshot_rows(const FittedBody *fitted, const Rows *rows, const void *row,
                           float *position, float *velocity);
-void fitted_snapshot(const FittedBody *fitted, const Rows *rows, const void *row, int node_count,
-                     float *position, float *velocity);
+void fitted_snapshot(const FittedBody *fitted, int node_count, float *position, float *velocity);
 void fitted_snapshot_rest(const FittedBody *fitted, const Rows *rows, int node_count,
                           float *position);
 

@@ -198,28 +198,31 @@ static void voxel_kick_nodes(void *self, const int *node, int count, const Vec3 
 // ---------------------------------------------------------------------------------------------
 // Out
 
+static void voxel_snapshot_rows(const void *self, float *position, float *velocity)
+{
+    const VoxelModel *model = self;
+    fitted_snapshot_rows(model->fitted, &model->vertices.rows, vertices_row(&model->vertices),
+                         position, velocity);
+    if (carries(model))
+        cut_carry_snapshot(model->cuts->carry, model->cuts->fit->row_of, position, velocity);
+}
+
 static void voxel_snapshot(const void *self, float *position, float *velocity)
 {
     const VoxelModel *model = self;
     const Rows *rows = &model->vertices.rows;
     const void *row = vertices_row(&model->vertices);
-    if (carries(model))
-        cut_carry_all(model->cuts->carry);
-    if (model->skin != NULL)
+    FittedBody *fitted = model->fitted;
+    if (model->skin != NULL) {
         skin_snapshot(model->skin, rows, row, position, velocity);
-    else if (model->fitted != NULL)
-        fitted_snapshot(model->fitted, rows, row, (int)*model->node_count, position, velocity);
-    else
+    } else if (fitted != NULL) {
+        voxel_snapshot_rows(self, fitted->position, velocity == NULL ? NULL : fitted->velocity);
+        fitted_snapshot(fitted, (int)*model->node_count, position, velocity);
+    } else {
         rows_snapshot(rows, row, model->node, (int)*model->node_count, position, velocity);
-}
-
-static void voxel_snapshot_rows(const void *self, float *position, float *velocity)
-{
-    const VoxelModel *model = self;
-    if (carries(model))
-        cut_carry_all(model->cuts->carry);
-    fitted_snapshot_rows(model->fitted, &model->vertices.rows, vertices_row(&model->vertices),
-                         position, velocity);
+        if (carries(model))
+            cut_carry_snapshot(model->cuts->carry, model->cuts->faces.slot_of, position, velocity);
+    }
 }
 
 static void voxel_snapshot_rest(const void *self, float *position)

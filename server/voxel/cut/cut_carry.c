@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINTS = 27, CENTRE = 13, AHEAD = 24 };
+enum { POINTS = 27, CENTRE = 13 };
+enum { AHEAD = 24, TOGETHER = 256 }; // vertices to be fetched ahead; to be shown together
 static const int STEP[3] = {1, 3, 9};
 static const signed char CORNER_AT[NODE_CORNERS] = {0, 2, 6, 8, 18, 20, 24, 26};
 
@@ -125,6 +126,7 @@ typedef double DoublePart __attribute__((vector_size(16)));
 #define FILL   fill_single
 #define PUT    put_single
 #define UPDATE update_single
+#define SHOW   show_single
 #include "voxel/cut/cut_carry_rows.h"
 
 #define REAL   double
@@ -132,6 +134,7 @@ typedef double DoublePart __attribute__((vector_size(16)));
 #define FILL   fill_double
 #define PUT    put_double
 #define UPDATE update_double
+#define SHOW   show_double
 #include "voxel/cut/cut_carry_rows.h"
 
 static bool is_single(const CutCarry *carry)
@@ -157,16 +160,16 @@ void cut_carry_find(CutCarry *carry, int leaf)
 
 void cut_carry_all(CutCarry *carry)
 {
-    const size_t row = ROW * rows_real_size(&carry->vertices->rows);
-    const char *rows = vertices_row(carry->vertices);
-    for (int k = 0; k < carry->leaf_count; k++) {
-        // The rows of the vertices of the element after the next: fetch ahead.
-        const int *node =
-            cut_lattice_nodes(carry->lattice, carry->leaf[k + 2 < carry->leaf_count ? k + 2 : k]);
-        for (int n = 0; n < NODE_COUNT; n++)
-            __builtin_prefetch(rows + (node[n] < 0 ? 0 : (size_t)node[n] * row));
+    for (int k = 0; k < carry->leaf_count; k++)
         cut_carry_find(carry, carry->leaf[k]);
-    }
+}
+
+void cut_carry_snapshot(const CutCarry *carry, const int *to, float *position, float *velocity)
+{
+    if (is_single(carry))
+        show_single(carry, to, position, velocity);
+    else
+        show_double(carry, to, position, velocity);
 }
 
 void cut_carry_update_some(CutCarry *carry, const void *row, const int *leaf, int count)

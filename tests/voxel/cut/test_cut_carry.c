@@ -235,8 +235,12 @@ static void expect_current(const CutWorld *world, int way, uint64_t *seed)
     const double near = 1e-6 * world->lattice.size; // floats are published
     FREED float *shown = calloc(6 * (size_t)nodes + 2, sizeof *shown);
     FREED int *found = calloc((size_t)nodes + 1, sizeof *found);
-    if (way == 0)
+    if (way == 0) {
+        FREED float *alone = calloc(3 * (size_t)nodes + 1, sizeof *alone);
         body->ops->snapshot(body->model, shown, shown + 3 * nodes);
+        body->ops->snapshot(body->model, alone, NULL);
+        assert_memory_equal(alone, shown, 3 * (size_t)nodes * sizeof *alone);
+    }
     for (int k = 0; k < SOME; k++) {
         const int slot = random_below(seed, nodes), vertex = world->model->node[slot];
         Vec3 x, v, y, w;
