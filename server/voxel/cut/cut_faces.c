@@ -650,37 +650,78 @@ static void note_within(const CutFaces *faces, const RegionTest *test, int verte
         bits_add(faces->found, slot);
 }
 
-// False if a region cannot reach into the box around an element at rest, moved by each of its
-// vertices' displacements: a larger box than that of the vertices, but found sooner.
-static bool may_meet(const CutFaces *faces, const RegionTest *test, int element)
+// A box at rest, in the rows' coordinates, outside of which no displacement brings a vertex into a
+// region. It is found at one go, and most elements and vertices are outside.
+typedef struct AtRest {
+    double middle[3], halfway[3];
+} AtRest;
+
+// Four numbers of a row at a time, so that compilers vectorise.
+static void bound_single(const float *row, long count, float low[4], float high[4])
 {
-    const CutElement *of = &faces->lattice->element[element];
-    const int *node = cut_lattice_nodes(faces->lattice, element);
-    const float *row = faces->vertices->present;
+    for (long i = 0; i < count; i++)
+        for (int c = 0; c < 4; c++) {
+            const float u = row[i * ROW + c];
+            low[c] = u < low[c] ? u : low[c];
+            high[c] = u > high[c] ? u : high[c];
+        }
+}
+
+static void bound_double(const double *row, long count, float low[4], float high[4])
+{
+    for (long i = 0; i < count; i++)
+        for (int c = 0; c < 4; c++) {
+            const float u = (float)row[i * ROW + c];
+            low[c] = u < low[c] ? u : low[c];
+            high[c] = u > high[c] ? u : high[c];
+        }
+}
+
+static AtRest at_rest(const CutFaces *faces, const RegionTest *test)
+{
+    const Vertices *vertices = faces->vertices;
+    const void *row = vertices->present;
     float low[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
     float high[4] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY};
-    if (faces->vertices->rows.precision != PRECISION_SINGLE)
-        return true;
-    for (int n = 0; n < NODE_COUNT; n++) {
-        if (node[n] < 0)
-            continue;
-        const float *u = row + (long)node[n] * ROW;
-        for (int c = 0; c < 4; c++) {
-            low[c] = u[c] < low[c] ? u[c] : low[c];
-            high[c] = u[c] > high[c] ? u[c] : high[c];
-        }
+    for (int r = 0; r < vertices->run_count; r++) {
+        const long first = vertices->run[r][0], count = vertices->run[r][1] - first;
+        if (vertices->rows.precision == PRECISION_SINGLE)
+            bound_single((const float *)row + first * ROW, count, low, high);
+        else
+            bound_double((const double *)row + first * ROW, count, low, high);
     }
-    const CutMasses *masses = faces->masses;
-    const double edge = masses->size * (double)(1 << of->level), grown = 1e-6 * edge;
     const double middle[3] = {test->middle.x, test->middle.y, test->middle.z};
     const double halfway[3] = {test->halfway.x, test->halfway.y, test->halfway.z};
-    bool meets = true;
+    AtRest rest;
     for (int c = 0; c < 3; c++) {
-        const double rest = masses->size * (of->cell[c] - masses->middle[c]) - middle[c];
-        meets &= rest + (double)low[c] - grown <= halfway[c] &&
-                 rest + edge + (double)high[c] + grown >= -halfway[c];
+        const double least = (double)low[c], most = (double)high[c];
+        rest.middle[c] = middle[c] - 0.5 * (least + most);
+        // By more than rounding.
+        const double grown =
+            faces->masses->size + halfway[c] + fabs(middle[c]) + fmax(most, -least);
+        rest.halfway[c] = halfway[c] + 0.5 * (most - least) + 1e-6 * grown;
     }
-    return meets;
+    return rest;
+}
+
+// True for a cube around a point that is not outside.
+static bool may_reach(const AtRest *rest, const double middle[3], double halfway)
+{
+    bool in = true;
+    for (int c = 0; c < 3; c++)
+        in &= fabs(middle[c] - rest->middle[c]) <= rest->halfway[c] + halfway;
+    return in;
+}
+
+static bool element_may_reach(const CutFaces *faces, const AtRest *rest, int element)
+{
+    const CutElement *of = &faces->lattice->element[element];
+    const CutMasses *masses = faces->masses;
+    const double half = 0.5 * (double)(1 << of->level);
+    double middle[3];
+    for (int c = 0; c < 3; c++)
+        middle[c] = masses->size * (of->cell[c] + half - masses->middle[c]);
+    return may_reach(rest, middle, masses->size * half);
 }
 
 // True if a region may reach into the box of an element's vertices.
@@ -707,13 +748,16 @@ static int find_with_carried(const CutFaces *faces, const RegionTest *test, int 
     const Vertices *vertices = faces->vertices;
     const CutCarry *carry = faces->carry;
     const int words = bits_words((int)*faces->slot_count), cells = faces->lattice->level_first[1];
+    const AtRest rest = at_rest(faces, test);
     for (int r = 0; r < vertices->run_count; r++)
         for (int v = vertices->run[r][0]; v < vertices->run[r][1]; v++)
-            if (!rows_is_carried(&vertices->rows, v))
+            if (may_reach(&rest, vertices->rows.rest[v], 0.0) &&
+                !rows_is_carried(&vertices->rows, v))
                 note_within(faces, test, v);
     for (int k = 0; k < carry->leaf_count; k++) {
         const int at = carry->leaf[k] - cells;
-        if (!may_meet(faces, test, carry->leaf[k]) || !region_meets(faces, test, carry->leaf[k]))
+        if (!element_may_reach(faces, &rest, carry->leaf[k]) ||
+            !region_meets(faces, test, carry->leaf[k]))
             continue;
         for (int i = carry->first[at]; i < carry->end[at]; i++)
             note_within(faces, test, carry->vertex[i]);
