@@ -52,6 +52,12 @@ static void add_corners(Box *box, const CutAdapt *adapt, const void *row, int el
 {
     const CutElement *of = &adapt->lattice->element[element];
     bool in_void = false;
+    if (cut_lattice_is_leaf(adapt->lattice, element)) { // most are, and have all
+        const int *node = cut_lattice_nodes(adapt->lattice, element);
+        for (int c = 0; c < NODE_CORNERS; c++)
+            box_add(box, rows_local(adapt->rows, row, node[c]));
+        return;
+    }
     for (int c = 0; c < NODE_CORNERS; c++) {
         const int vertex = corner_of(adapt->lattice, element, c);
         if (vertex >= 0)

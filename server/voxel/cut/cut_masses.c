@@ -163,14 +163,23 @@ static void set_mass(CutMasses *masses, int vertex)
 static void fetch_around(const CutMasses *masses, int t)
 {
     enum { SOON = 8 };
+    const CutLattice *lattice = masses->lattice;
+    const int(*of)[3] = (const int(*)[3])lattice->scratch->point;
     if (t + 2 * SOON < masses->touched_count)
-        __builtin_prefetch(masses->lattice->scratch->point[masses->touched[t + 2 * SOON]]);
+        __builtin_prefetch(of[masses->touched[t + 2 * SOON]]);
     if (t + SOON >= masses->touched_count)
         return;
-    const int *point = masses->lattice->scratch->point[masses->touched[t + SOON]];
-    for (int s = 0; s < 8; s += 2) // along x they are next to each other
-        __builtin_prefetch(&masses->lattice->scratch->grid[cut_parts_grid(
-            masses->lattice, point[0] - 1, point[1] - 1 + (s >> 1 & 1), point[2] - 1 + (s >> 2))]);
+    const int *point = of[masses->touched[t + SOON]];
+    for (int s = 0; s < 4; s++) { // along x they are next to each other
+        int cell[3] = {point[0] - 1, point[1] - 1 + (s & 1), point[2] - 1 + (s >> 1)};
+        for (int d = 0; d < 3; d++)
+            cell[d] = cell[d] > 0 ? cell[d] : 0;
+        __builtin_prefetch(
+            &lattice->scratch->grid[cut_parts_grid(lattice, cell[0], cell[1], cell[2])]);
+        __builtin_prefetch(
+            &lattice->lut[0][((long)cell[2] * lattice->count[1] + cell[1]) * lattice->count[0] +
+                             cell[0]]);
+    }
 }
 
 static bool is_free(const CutMasses *masses, int vertex)

@@ -109,6 +109,18 @@ static inline void cut_parts_fetch(const CutScratch *scratch, const int point[3]
     __builtin_prefetch(&scratch->head[cut_parts_home(scratch, cut_parts_index(scratch, point))]);
 }
 
+// The same of the vertex there, as a rule.
+static inline void cut_parts_fetch_vertex(const CutLattice *lattice, const int point[3])
+{
+    const CutScratch *scratch = lattice->scratch;
+    const int v = scratch->head[cut_parts_home(scratch, cut_parts_index(scratch, point))];
+    if (v < 0)
+        return;
+    __builtin_prefetch(scratch->point[v]);
+    __builtin_prefetch(&scratch->next[v]);
+    __builtin_prefetch(&lattice->anchor[v]);
+}
+
 enum { CUT_CELLS = -2 };
 // Returns the index of the block of a cell in the grid.
 static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)

@@ -297,11 +297,15 @@ void cut_split_visit(CutLattice *lattice, int element)
     CutBlocks blocks;
     cut_split_find_blocks(lattice, element, &blocks);
     // Points are all over the tables, which a tick has displaced from the caches: fetch ahead.
-    for (int n = 0; n < CUT_POINTS; n++) {
-        offset_of(n, offset);
-        take_point(lattice, element, &blocks, offset, point, leaf);
-        cut_parts_fetch(lattice->scratch, point);
-    }
+    for (int step = 0; step < 2; step++)
+        for (int n = 0; n < CUT_POINTS; n++) {
+            offset_of(n, offset);
+            take_point(lattice, element, &blocks, offset, point, leaf);
+            if (step == 0)
+                cut_parts_fetch(lattice->scratch, point);
+            else
+                cut_parts_fetch_vertex(lattice, point);
+        }
     for (int n = 0; n < CUT_POINTS; n++) {
         offset_of(n, offset);
         take_point(lattice, element, &blocks, offset, point, leaf);
