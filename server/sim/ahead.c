@@ -10,7 +10,12 @@
 
 // Places of what holds, loads or touches a body move slowly: they are found again every so many
 // ticks, each body in another one.
-enum { PLACES_EVERY = 16 };
+enum {
+    PLACES_EVERY = 16,
+    // So far ahead bodies are seen to meet: places are found again meanwhile, and as many ticks
+    // are left to what is divided there.
+    MEETING_TICKS = 2 * PLACES_EVERY,
+};
 // Strips that cover a place are so wide, if there are not too many of them: elements of twice the
 // finest size are divided in one layer then [cells].
 static const double STRIP = 4.0;
@@ -252,7 +257,7 @@ static bool find_source(const Sim *sim, int b, int source, Places *places)
     source -= loads;
     // other bodies, and planes.
     if (source < sim->touch_count) {
-        touch_add_places(sim->touch[source], places);
+        touch_add_places(sim->touch[source], MEETING_TICKS * sim->tick, places);
         return true;
     }
     source -= sim->touch_count;

@@ -592,6 +592,66 @@ TEST(what_is_cut_still_lies_there_and_repeats)
     }
 }
 
+// --- bodies that adapt
+// -----------------------------------------------------------------------------
+
+// A hollow ball falls beside the middle of a cube, whose elements are all of the finest size or
+// only where they have to be. Returns how far the ball has gone sideways 0.15 s later, and how many
+// elements there are when they touch, and were at the start.
+static Vec3 fall(const char *levels, int count[2])
+{
+    SCOPED(run_destroy) Run run;
+    run_format(
+        &run,
+        "gravity = [0.0, 0.0, -9.81];\n"
+        "bodies = ( { name = \"one\"; model = \"voxel\"; levels = %s;\n"
+        "  voxels = { generator = \"box\"; count = [14, 14, 14]; size = 0.004; };\n"
+        "  material = { youngs_modulus = 1.0e4; poisson_ratio = 0.3; };\n"
+        "  fixed = ( { box = ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.027]); } ); },\n"
+        "  { name = \"two\"; mesh = { generator = \"ico_sphere\"; subdivisions = 2;\n"
+        "      radius = 0.02; place = { translation = [0.0021, 0.0013, 0.0505]; }; };\n"
+        "    material = { youngs_modulus_2d = 40.0; areal_density = 4.0;\n"
+        "      damping_time = 2.0e-4; };\n"
+        "    shape = { frame = \"body\"; angular_frequency = 80.0; damping_ratio = 0.3; }; } );\n"
+        "touch = ( { bodies = [\"one\", \"two\"]; friction = 0.3; } );\n",
+        levels);
+    const Body *cube = sim_body(run.world.sim, 0), *ball = sim_body(run.world.sim, 1);
+    Vec3 way = {0.0, 0.0, 0.0};
+    for (int end = 0; end < 2; end++) {
+        for (int i = 0; i < ball->surface.node_used; i++) {
+            Vec3 x;
+            ball->ops->read_nodes(ball->model, &i, 1, &x, NULL);
+            way = vec3_madd(way, (end == 0 ? -1.0 : 1.0) / ball->surface.node_used, x);
+        }
+        count[0] = end == 0 ? cube->element_count : count[0];
+        bool met = false;
+        for (int tick = 0; tick < 150 && end == 0; tick++) {
+            if (!met)
+                count[1] = cube->element_count;
+            sim_step(run.world.sim);
+            met |= touch_of(&run)->depth > 0.0;
+        }
+    }
+    way.z = 0.0;
+    return way;
+}
+
+// The cube is fine there before the ball comes, which coarse elements would push aside: 0.8 mm
+// without looking ahead. The bound is a fifth of the ball's way down, where facets of ball and cube
+// meet otherwise by the difference of the elements.
+TEST(a_body_that_falls_meets_fine_elements)
+{
+    int fine[2], adapting[2];
+    const Vec3 truth = fall("0", fine), way = fall("{ inside = 2; surface = 2; }", adapting);
+    print_message("%d, then %d elements; sideways %.3f, %.3f mm, of fine ones %.3f, %.3f mm\n",
+                  adapting[0], adapting[1], 1e3 * way.x, 1e3 * way.y, 1e3 * truth.x, 1e3 * truth.y);
+    // Below the cap that is about to touch, two blocks of the coarsest at least.
+    assert_true(adapting[1] >= adapting[0] + 14);
+    assert_true(adapting[1] < fine[0] / 2);
+    assert_int_equal(fine[0], fine[1]);
+    expect_at_most(vec3_length(vec3_sub(way, truth)), 1e-4);
+}
+
 // --- what is refused -----------------------------------------------------------------------------
 
 static void expect_refused(const char *touch, const char *said)

@@ -282,21 +282,6 @@ bool touch_can_rub(const Touch *touch)
     return true;
 }
 
-void touch_add_places(const Touch *touch, Places *places)
-{
-    for (int k = 0; k < touch->count; k++) {
-        const TouchHalf *half = &touch->half[k];
-        const Body *points = half->points->body, *faces = half->faces->body;
-        for (int i = 0; i < points->surface.node_used; i++)
-            for (int p = 0; p < TOUCH_PATCHES && half->memory[i].face[p] != 0; p++) {
-                if (points == places->body && p == 0)
-                    places_add(places, i);
-                for (int c = 0; c < 3 && faces == places->body; c++)
-                    places_add(places, faces->surface.face[half->memory[i].face[p] - 1][c]);
-            }
-    }
-}
-
 void touch_forget_friction(Touch *touch)
 {
     for (int k = 0; k < touch->count && touch->options.friction > 0.0; k++) {
@@ -510,6 +495,7 @@ void touch_restored(Touch *touch, int64_t step)
     touch->whole = is_whole(touch);
     for (int e = 0; e < touch->count; e++) {
         touch_list_nodes(&touch->end[e]);
+        touch_find_box(&touch->end[e]);
         carriers_forget(&touch->end[e].carriers);
         // That of the search: while a node fades there is one in each tick, afterwards all are
         // alike.

@@ -58,8 +58,9 @@ bool touch_can_rub(const Touch *touch);
 // Forgets friction: a body was restored, whose bristles are of another motion.
 void touch_forget_friction(Touch *touch);
 
-// Adds the nodes of a body that something of the other, or of itself, is near.
-void touch_add_places(const Touch *touch, Places *places);
+// Adds the nodes of a body that something of the other, or of itself, is near, and where the other
+// will be within `ahead` [s] as both move now.
+void touch_add_places(const Touch *touch, double ahead, Places *places);
 
 // Follows a change of topology of the body with this index of the options.
 void touch_topology_changed(Touch *touch, int which, const TopologyChange *change);

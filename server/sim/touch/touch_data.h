@@ -188,6 +188,8 @@ void touch_search(Touch *touch);
 void touch_search_again(Touch *touch);
 // Lists the nodes in use again.
 void touch_list_nodes(TouchEnd *end);
+// Finds the box of the nodes where they were at the last search.
+void touch_find_box(TouchEnd *end);
 // Gives back all numbers of nodes.
 void touch_forget_numbers(TouchEnd *end);
 

@@ -85,17 +85,23 @@ static double read_body(TouchEnd *end)
     return beyond * sqrt(farthest);
 }
 
+void touch_find_box(TouchEnd *end)
+{
+    end->box = box_empty();
+    for (int i = 0; i < end->used_count; i++)
+        box_add(&end->box, end->start[end->used[i]]);
+    if (end->fit != NULL)
+        box_grow(&end->box, FIT_STRETCH * end->body->mesh.fit.reach);
+}
+
 // Sets where the vertices of a body are for a search, and the box of its nodes.
 static void place_body(TouchEnd *end)
 {
-    end->box = box_empty();
     for (int i = 0; i < end->used_count; i++) {
         end->start[end->used[i]] = end->packed_place[i];
         end->speed[end->used[i]] = end->packed_speed[i];
-        box_add(&end->box, end->packed_place[i]);
     }
-    if (end->fit != NULL)
-        box_grow(&end->box, FIT_STRETCH * end->body->mesh.fit.reach);
+    touch_find_box(end);
 }
 
 // Sets where the nodes of a smooth surface are that a search looks at; others stay with their
