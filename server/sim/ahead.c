@@ -22,6 +22,8 @@ static const double STRIP = 4.0;
 // Added to sides before they are cut to whole cells: far from 0 and 1, where sides between corners
 // of cells are, and from a half.
 static const double ROUND_UP = 0.35;
+// A body that moves less meanwhile is at rest [edges]; none is seen to fall faster [m/s].
+static const double LEAST_WAY = 0.1, MOST_SPEED = 2.0;
 static const double LARGEST_TURN = 1.0; // [rad] that a predicted path may turn a tool by
 
 // ---------------------------------------------------------------------------------------------
@@ -214,18 +216,43 @@ static int add_tool(const Sim *sim, int t, Approach *list, int count)
 // ---------------------------------------------------------------------------------------------
 // Places
 
-// Adds the nodes of a body that are on a plane or near it.
+// Returns how far above a plane the lowest of some nodes is that reach it within a time; 0: one is
+// there, or none comes.
+static double height_above(const Body *body, const Plane *plane, double ahead, const int *node,
+                           int count)
+{
+    double lowest = (double)INFINITY;
+    bool comes = false;
+    for (int i = 0; i < count; i++) {
+        Vec3 x, v;
+        body->ops->read_nodes(body->model, &node[i], 1, &x, &v);
+        const double height = vec3_dot(vec3_sub(x, plane->point), plane->normal);
+        lowest = fmin(lowest, height);
+        comes |= height + ahead * vec3_dot(v, plane->normal) < 0.0;
+    }
+    return comes ? fmax(lowest, 0.0) : 0.0;
+}
+
+// Adds the nodes of a body that are on a plane or near it, and of one that falls the lowest ones.
 static void add_plane(const Sim *sim, int b, const Plane *plane, Places *places)
 {
     const Body *body = &sim->body[b];
-    const Region region = {.kind = REGION_BELOW_PLANE,
-                           .from = plane->point,
-                           .to = plane->normal,
-                           .radius = body->surface.longest_edge};
-    const int count =
-        body->ops->find_nodes(body->model, &region, sim->ahead->found, body->surface.node_count);
+    const double edge = body->surface.longest_edge, ahead = MEETING_TICKS * sim->tick;
+    int *found = sim->ahead->found, count;
+    double displacement, speed = 0.0;
+    Region region = {
+        .kind = REGION_BELOW_PLANE, .from = plane->point, .to = plane->normal, .radius = edge};
+    if (body->ops->bound_motion != NULL)
+        body->ops->bound_motion(body->model, &displacement, &speed);
+    const double way = ahead * fmin(speed, MOST_SPEED);
+    if (way > LEAST_WAY * edge) {
+        region.radius = edge + way;
+        count = body->ops->find_nodes(body->model, &region, found, body->surface.node_count);
+        region.radius = edge + height_above(body, plane, ahead, found, count);
+    }
+    count = body->ops->find_nodes(body->model, &region, found, body->surface.node_count);
     for (int i = 0; i < count; i++)
-        places_add(places, sim->ahead->found[i]);
+        places_add(places, found[i]);
 }
 
 // Finds what acts on a body at source number `source`; returns false if there is none so high.

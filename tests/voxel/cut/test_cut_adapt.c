@@ -482,6 +482,37 @@ TEST(elements_that_stay_bent_stay_divided)
     assert_int_equal(world.body->element_count, leaves);
 }
 
+// --- a body that falls on a plane ---
+
+// Its lowest layer is of finest elements before it is there, which the plane would lock otherwise.
+TEST(a_body_that_falls_is_fine_where_it_will_land)
+{
+    const double speed = 1.0, below = 0.0255; // [m/s], [m]
+    VoxelWorldOptions options = voxel_world_cube(16);
+    options.body.body.levels = options.body.surface_level = 2;
+    options.tool[options.tool_count++] =
+        (ToolOptions){.id = 1,
+                      .kind = TOOL_STATIC,
+                      .has_plane = true,
+                      .plane = {{0.0, 0.0, -0.05 - below}, {0.0, 0.0, 1.0}}};
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    voxel_world_read(&world);
+    for (int i = 0; i < world.count; i++)
+        world.v[i] = vec3(0.0, 0.0, -speed);
+    voxel_world_write(&world, world.x, world.v);
+    const int leaves = world.body->element_count;
+    for (int tick = 0; tick < 1e3 * below / speed; tick++)
+        sim_step(world.sim);
+    const VoxelModel *model = world.body->model;
+    const CutLattice *lattice = &model->cuts->lattice;
+    for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
+        assert_true(!cut_lattice_is_leaf(lattice, e) || lattice->element[e].cell[2] != 0);
+    print_message("%d elements, %d when it lands\n", leaves, world.body->element_count);
+    assert_true(world.body->element_count >= leaves + 16 * 16);
+    assert_int_equal(sim_resets(world.sim), 0);
+}
+
 // --- tools that are not seen to come ---
 
 static void see_nothing(void *model, const Approach *approach, int count)
