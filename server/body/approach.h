@@ -17,6 +17,8 @@ typedef struct Approach {
     double begin;  // time until it is at `from` [s]
     double reach;  // of a place: distance from the axis within which something acts [m]; of a tool
                    // 0: its radius counts
+    Vec3 across;   // unit, of a flat place: what acts is not farther from the axis along that than
+    double thick;  // so much [m]; 0: as far as it reaches
 } Approach;
 
 // Returns the time until it is at a point of the axis [s], 0: `from`, 1: `to`.

@@ -16,13 +16,12 @@ enum {
     // are left to what is divided there.
     MEETING_TICKS = 2 * PLACES_EVERY,
 };
-// Strips that cover a place are so wide, if there are not too many of them: elements of twice the
-// finest size are divided in one layer then [cells].
+// Strips that cover a place are so wide, if there are not too many of them [cells].
 static const double STRIP = 4.0;
 // Added to sides before they are cut to whole cells: far from 0 and 1, where sides between corners
 // of cells are, and from a half.
 static const double ROUND_UP = 0.35;
-// A body that moves less meanwhile is at rest [edges]; none is seen to fall faster [m/s].
+// A body that moves less meanwhile is at rest [half edges]; none is seen to fall faster [m/s].
 static const double LEAST_WAY = 0.1, MOST_SPEED = 2.0;
 static const double LARGEST_TURN = 1.0; // [rad] that a predicted path may turn a tool by
 
@@ -93,7 +92,7 @@ int ahead_add(Approach *list, int count, int most, const Approach *approach)
     return count;
 }
 
-int ahead_cover(const Box *box, double size, int most, Approach *list)
+int ahead_cover(const Box *box, double size, bool flat, int most, Approach *list)
 {
     if (box_is_empty(box))
         return 0;
@@ -128,7 +127,9 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
     for (int i = 0; i < 2; i++)
         half = hypot(half, 0.5 * side[axis[i + 1]] / count[i]);
     // A node alone is within an element.
-    const double reach = fmax(half, size);
+    const double reach = fmax(half, size),
+                 thick = flat ? 0.5 * (side[axis[2]] / count[1] + size) : 0.0;
+    const Vec3 across = vec3(axis[2] == 0, axis[2] == 1, axis[2] == 2);
     int found = 0;
     for (int i = 0; i < count[0]; i++)
         for (int k = 0; k < count[1]; k++) {
@@ -138,8 +139,11 @@ int ahead_cover(const Box *box, double size, int most, Approach *list)
             at[axis[0]] = box->low[axis[0]];
             const Vec3 from = vec3(at[0], at[1], at[2]);
             at[axis[0]] = box->high[axis[0]];
-            list[found++] =
-                (Approach){.from = from, .to = vec3(at[0], at[1], at[2]), .reach = reach};
+            list[found++] = (Approach){.from = from,
+                                       .to = vec3(at[0], at[1], at[2]),
+                                       .reach = reach,
+                                       .across = across,
+                                       .thick = thick};
         }
     return found;
 }
@@ -237,20 +241,21 @@ static double height_above(const Body *body, const Plane *plane, double ahead, c
 static void add_plane(const Sim *sim, int b, const Plane *plane, Places *places)
 {
     const Body *body = &sim->body[b];
-    const double edge = body->surface.longest_edge, ahead = MEETING_TICKS * sim->tick;
+    const double near = 0.5 * body->surface.longest_edge, ahead = MEETING_TICKS * sim->tick;
     int *found = sim->ahead->found, count;
     double displacement, speed = 0.0;
     Region region = {
-        .kind = REGION_BELOW_PLANE, .from = plane->point, .to = plane->normal, .radius = edge};
+        .kind = REGION_BELOW_PLANE, .from = plane->point, .to = plane->normal, .radius = near};
     if (body->ops->bound_motion != NULL)
         body->ops->bound_motion(body->model, &displacement, &speed);
     const double way = ahead * fmin(speed, MOST_SPEED);
-    if (way > LEAST_WAY * edge) {
-        region.radius = edge + way;
+    if (way > LEAST_WAY * near) {
+        region.radius = near + way;
         count = body->ops->find_nodes(body->model, &region, found, body->surface.node_count);
-        region.radius = edge + height_above(body, plane, ahead, found, count);
+        region.radius = near + height_above(body, plane, ahead, found, count);
     }
     count = body->ops->find_nodes(body->model, &region, found, body->surface.node_count);
+    places->flat = true;
     for (int i = 0; i < count; i++)
         places_add(places, found[i]);
 }
@@ -306,7 +311,7 @@ static void find_places(Sim *sim, int b)
         places_read(&places);
         // Each has the room that is left, and a few of those before it give way.
         const int room = AHEAD_PLACES - (int)kept->count;
-        const int found = ahead_cover(&places.box, size, room > 1 ? room : 1, list);
+        const int found = ahead_cover(&places.box, size, places.flat, room > 1 ? room : 1, list);
         for (int i = 0; i < found; i++)
             kept->count = ahead_add(kept->place, (int)kept->count, AHEAD_PLACES, &list[i]);
     }
@@ -358,7 +363,8 @@ static bool is_sensible(const Approach *approach)
     // Numbers that are not finite fail.
     return vec3_length(approach->from) < 1e9 && vec3_length(approach->to) < 1e9 &&
            approach->reach > 0.0 && approach->reach < 1e9 && approach->radius == 0.0 &&
-           approach->speed == 0.0 && approach->begin == 0.0;
+           approach->speed == 0.0 && approach->begin == 0.0 &&
+           vec3_length(approach->across) < 2.0 && approach->thick >= 0.0 && approach->thick < 1e9;
 }
 
 bool ahead_check(const Sim *sim)

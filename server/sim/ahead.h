@@ -32,7 +32,8 @@ bool ahead_check(const Sim *sim);
 // Returns the number in the list.
 int ahead_add(Approach *list, int count, int most, const Approach *approach);
 // Covers a box with capsules, at most `most`: strips along its longest side, four finest cells of a
-// size [m] wide if there are not too many. Returns their number; 0: the box is empty.
-int ahead_cover(const Box *box, double size, int most, Approach *list);
+// size [m] wide if there are not too many, if it is flat half of one thick beyond its shortest
+// side. Returns their number; 0: the box is empty.
+int ahead_cover(const Box *box, double size, bool flat, int most, Approach *list);
 
 #endif

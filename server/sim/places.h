@@ -11,7 +11,8 @@ enum { PLACES_AT_ONCE = 64 };
 // Nodes wait until there are enough to be read together.
 typedef struct Places {
     const Body *body;
-    Box box; // [m] around those that were read
+    Box box;   // [m] around those that were read
+    bool flat; // what acts on them does not act on what is above them
     int count, node[PLACES_AT_ONCE];
 } Places;
 

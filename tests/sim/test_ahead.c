@@ -183,18 +183,18 @@ TEST(strips_cover_a_box)
     uint64_t random = 7;
     Approach list[MOST];
     const Box none = box_empty();
-    assert_int_equal(ahead_cover(&none, size, MOST, list), 0);
+    assert_int_equal(ahead_cover(&none, size, false, MOST, list), 0);
     Box endless = box_empty();
     box_add(&endless, vec3(0.0, 0.0, 0.0));
     endless.high[0] = endless.high[1] = (double)INFINITY;
-    assert_int_equal(ahead_cover(&endless, size, MOST, list), 0);
+    assert_int_equal(ahead_cover(&endless, size, false, MOST, list), 0);
     for (int i = 0; i < 200; i++) {
         Box box = box_empty();
         const double edge = 0.03 * random_between(&random, 0.0, 1.0);
         box_add(&box, vec3_scale(edge, random_point(&random)));
         box_add(&box, vec3_scale(edge, random_point(&random)));
         const int most = 1 + (int)(MOST * random_between(&random, 0.0, 1.0)),
-                  count = ahead_cover(&box, size, most < MOST ? most : MOST, list);
+                  count = ahead_cover(&box, size, i % 2 != 0, most < MOST ? most : MOST, list);
         assert_true(count >= 1 && count <= most);
         for (int s = 0; s < SAMPLES; s++) {
             const Vec3 part = random_point(&random);
@@ -203,7 +203,10 @@ TEST(strips_cover_a_box)
                                 box.low[2] + part.z * (box.high[2] - box.low[2]));
             bool covered = false;
             for (int k = 0; k < count; k++)
-                covered |= distance_to(&list[k], x) <= list[k].reach * (1.0 + 1e-9);
+                covered |= distance_to(&list[k], x) <= list[k].reach * (1.0 + 1e-9) &&
+                           (list[k].thick == 0.0 ||
+                            fabs(vec3_dot(list[k].across, vec3_sub(x, list[k].from))) <=
+                                list[k].thick * (1.0 + 1e-9));
             assert_true(covered);
         }
     }
@@ -223,16 +226,17 @@ TEST(strips_of_a_box_that_trembles_stay)
         box_add(&still, vec3(0.0, 0.0, 0.0));
         box_add(&still, corner);
         Approach rest[MOST], list[MOST];
-        const int count = ahead_cover(&still, size, MOST, rest);
+        const int count = ahead_cover(&still, size, true, MOST, rest);
         for (int n = 0; n < TIMES; n++) {
             Box box = box_empty();
             const double by = 0.25 * size; // both ends of a side together
             box_add(&box, vec3_scale(0.5 * by, random_point(&random)));
             box_add(&box, vec3_madd(corner, -0.5 * by, random_point(&random)));
-            assert_int_equal(ahead_cover(&box, size, MOST, list), count);
+            assert_int_equal(ahead_cover(&box, size, true, MOST, list), count);
             for (int k = 0; k < count; k++) {
                 assert_true(vec3_length(vec3_sub(list[k].from, rest[k].from)) < by);
                 assert_true(vec3_length(vec3_sub(list[k].to, rest[k].to)) < by);
+                expect_near(vec3_dot(list[k].across, rest[k].across), 1.0, 0.0);
             }
         }
     }

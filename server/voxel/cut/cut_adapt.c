@@ -82,9 +82,7 @@ static Box box_around(const CutAdapt *adapt, const void *row, int element)
 // is nearest to the box's middle. `along`: where that is, from 0 to 1.
 static double distance_of(const Box *box, const Approach *path, double *along)
 {
-    const Vec3 axis = vec3_sub(path->to, path->from),
-               middle = vec3_scale(0.5, vec3_add(vec3(box->low[0], box->low[1], box->low[2]),
-                                                 vec3(box->high[0], box->high[1], box->high[2])));
+    const Vec3 axis = vec3_sub(path->to, path->from), middle = box_middle(box);
     const double length2 = vec3_dot(axis, axis);
     *along = length2 > 0.0
                  ? fmin(1.0, fmax(0.0, vec3_dot(vec3_sub(middle, path->from), axis) / length2))
@@ -96,7 +94,15 @@ static double distance_of(const Box *box, const Approach *path, double *along)
         const double off = fmax(0.0, fmax(box->low[d] - at[d], at[d] - box->high[d]));
         square += off * off;
     }
-    return sqrt(square);
+    const double distance = sqrt(square);
+    if (!(path->thick > 0.0))
+        return distance;
+    // Beyond a flat place it is out of reach by as much as it is beyond.
+    const Vec3 half = vec3_scale(0.5, box_size(box)), across = path->across;
+    const double beyond = fabs(vec3_dot(across, vec3_sub(middle, path->from))) -
+                          fabs(across.x) * half.x - fabs(across.y) * half.y -
+                          fabs(across.z) * half.z - path->thick;
+    return fmax(distance, path->reach + beyond);
 }
 
 // Returns how far a path reaches from its axis [m]: less where time is short, but what the tool
@@ -147,6 +153,7 @@ void cut_adapt_approach(CutAdapt *adapt, const Approach *approach, int count)
         *own = approach[i];
         own->from = here.from;
         own->to = here.to;
+        own->across = rows_turn_in(rows, approach[i].across);
     }
 }
 
