@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Recovered against element strains (Zienkiewicz and Zhu 1987): a round collects at each vertex the
-// mean of the strains that its elements have in that corner, then compares it with them. Strains
-// are R^T F - 1, in the axes at rest, so that rotations of the body and of its parts do not count.
+// Recovered against element strains (Zienkiewicz and Zhu 1987): a round copies the displacements,
+// so that all of it sees one state, collects at each vertex the mean of the strains that its
+// elements have in that corner, then compares it with them. Strains are R^T F - 1, in the axes at
+// rest, so that rotations of the body and of its parts do not count.
 #include "voxel/error.h"
 
 #include "base/check.h"
@@ -29,7 +30,13 @@ static const double BY_GRIP = 0.2;
 static const double NEAR_TOOL = 2.0;
 
 // What a round does, one after the other.
-typedef enum ErrorPass { GATHER_STRAINS, COMPARE_STRAINS, MEASURE_MOTION, SHOW } ErrorPass;
+typedef enum ErrorPass {
+    COPY_MOTION, // at once
+    GATHER_STRAINS,
+    COMPARE_STRAINS,
+    MEASURE_MOTION,
+    SHOW
+} ErrorPass;
 
 enum { STRAINS = 6 };   // xx yy zz yz zx xy
 enum { VERTICES = 16 }; // that take as long as an element
@@ -37,6 +44,7 @@ enum { VERTICES = 16 }; // that take as long as an element
 // Sums over the corners of elements at a vertex. A corner weighs 1 / H, so that what elements of
 // two sizes have in their middles is interpolated to the vertex between them.
 typedef struct VertexError {
+    float u[3]; // displacement as the round began [m]
     float strain[STRAINS];
     float weight;  // [1/m]
     float corners; // how many, each an eighth of the surroundings
@@ -82,6 +90,28 @@ VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena, Sta
     return error;
 }
 
+static void copy_motion(const VoxelModel *model, int vertex, float u[3])
+{
+    const Vertices *vertices = &model->vertices;
+    const void *row = vertices_row(vertices);
+    if (model->cuts != NULL)
+        row = cut_carry_rows(model->cuts->carry, row, vertex);
+    const Vec3 x = rows_vector(&vertices->rows, row, vertex, 0);
+    u[0] = (float)x.x, u[1] = (float)x.y, u[2] = (float)x.z;
+}
+
+// Returns a vertex that came within a round: it was between its parents as that began.
+static VertexError born_within(const VoxelModel *model, const CutBirth *birth)
+{
+    VertexError born = {.weight = 0.0F};
+    for (int p = 0; p < birth->parent_count; p++)
+        for (int k = 0; k < 3; k++)
+            born.u[k] += model->error->vertex[birth->parent[p]].u[k] / (float)birth->parent_count;
+    if (birth->parent_count == 0)
+        copy_motion(model, birth->vertex, born.u);
+    return born;
+}
+
 void voxel_error_follow(const void *self)
 {
     const VoxelModel *model = self;
@@ -90,7 +120,7 @@ void voxel_error_follow(const void *self)
     for (int b = 0; error != NULL && b < changes->birth_count; b++) {
         if (changes->birth[b].carried) // its row is its own
             continue;
-        error->vertex[changes->birth[b].vertex] = (VertexError){.weight = 0.0F};
+        error->vertex[changes->birth[b].vertex] = born_within(model, &changes->birth[b]);
         error->shown[changes->birth[b].vertex] = 0.0F;
     }
 }
@@ -101,7 +131,7 @@ bool voxel_error_check(const void *self)
 {
     const VoxelError *error = ((const VoxelModel *)self)->error;
     return error == NULL ||
-           ((int)error->pass >= GATHER_STRAINS && error->pass <= SHOW && error->next >= 0 &&
+           ((int)error->pass >= COPY_MOTION && error->pass <= SHOW && error->next >= 0 &&
             error->used >= 0 && error->used <= error->capacity && error->sums.outer >= 0 &&
             error->sums.outer <= error->capacity);
 }
@@ -148,9 +178,8 @@ static void to_modes(Vec3 mode[NODE_CORNERS])
 
 static Vec3 displacement(const VoxelModel *model, const ErrorElement *e, int vertex)
 {
-    const Vertices *vertices = &model->vertices;
-    return vec3_scale(1.0 / e->by->size,
-                      rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0));
+    const float *u = model->error->vertex[vertex].u;
+    return vec3_scale(1.0 / e->by->size, vec3((double)u[0], (double)u[1], (double)u[2]));
 }
 
 static void read_plain(const VoxelModel *model, const int *vertex, ErrorElement *e)
@@ -434,6 +463,15 @@ static int find_batch(const BatchRuns *runs, int next, int *end)
     return found;
 }
 
+static bool copy_all(const VoxelModel *model, int *budget)
+{
+    const int count = model->vertices.count;
+    for (int v = 0; v < count; v++)
+        copy_motion(model, v, model->error->vertex[v].u);
+    *budget -= count / VERTICES + 1;
+    return true;
+}
+
 // Goes through the batches in use from number `next` on. True when there is none left.
 static bool through_elements(const VoxelModel *model, const ErrorQuestion *question, int *budget)
 {
@@ -490,8 +528,9 @@ static bool through_outer(const VoxelModel *model, int *budget)
         const int v = model->cuts != NULL ? vertex_of_node(model, error->next) : error->next;
         if (!(error->vertex[v].weight > 0.0F) && !is_carried(model, v)) // it has no element
             continue;
-        const Vec3 u = rows_vector(&model->vertices.rows, vertices_row(&model->vertices), v, 0);
-        error->sums.square += vec3_dot(u, u);
+        const float *u = error->vertex[v].u;
+        for (int k = 0; k < 3; k++)
+            error->sums.square += (double)u[k] * (double)u[k];
         error->sums.outer++;
     }
     return error->next >= count;
@@ -520,6 +559,8 @@ static bool through_vertices(const VoxelModel *model, int *budget)
 static bool go_on(const VoxelModel *model, const ErrorQuestion *question, int *budget)
 {
     switch (model->error->pass) {
+    case COPY_MOTION:
+        return copy_all(model, budget);
     case MEASURE_MOTION:
         return through_outer(model, budget);
     case SHOW:
@@ -601,7 +642,7 @@ bool voxel_estimate(void *self, const ErrorQuestion *question, int budget, BodyE
         }
         conclude(model, question, out);
         error->largest = error->sums.largest;
-        error->pass = GATHER_STRAINS;
+        error->pass = COPY_MOTION;
         error->sums = (ErrorSums){.outer = 0};
         return true;
     }

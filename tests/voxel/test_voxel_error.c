@@ -267,6 +267,74 @@ TEST(estimating_changes_no_state)
     assert_true(hash[0] == hash[1]);
 }
 
+// A body that swings, estimated at once, and during ten ticks: the same state, so the same to the
+// last bit.
+TEST(a_round_sees_one_state)
+{
+    VoxelWorldOptions options = estimated(voxel_world_cube(8), 0.3);
+    options.body.body.levels = 0;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    move(&world, pulled_more_above);
+    sim_ticks(world.sim, 20);
+    const BodyError before = error_of(&world);
+    const ErrorQuestion nothing = {.tool_count = 0};
+    BodyError error;
+    int ticks = 0;
+    for (; !world.body->ops->estimate(world.body->model, &nothing, 100, &error); ticks++)
+        sim_step(world.sim);
+    const BodyError after = error_of(&world);
+    print_message("%.3f %% and %.3f mm, %d ticks later %.3f %% and %.3f mm\n",
+                  100.0 * before.relative, 1e3 * before.displacement, ticks, 100.0 * after.relative,
+                  1e3 * after.displacement);
+    assert_true(ticks >= 10);
+    assert_true(fabs(after.displacement / before.displacement - 1.0) > 0.1);
+    expect_near(error.relative, before.relative, 0.0);
+    expect_near(error.displacement, before.displacement, 0.0);
+}
+
+static double rms_of_nodes(const VoxelWorld *world, const Vec3 *rest)
+{
+    const BodySurface *surface = &world->body->surface;
+    double sum = 0.0;
+    int count = 0;
+    for (int i = 0; i < surface->node_used; i++) {
+        Vec3 x;
+        if (surface->node_face_end[i] == surface->node_face_start[i])
+            continue;
+        world->body->ops->read_nodes(world->body->model, &i, 1, &x, NULL);
+        sum += vec3_dot(vec3_sub(x, rest[i]), vec3_sub(x, rest[i]));
+        count++;
+    }
+    return sqrt(sum / count);
+}
+
+// The displacement of which an error is a part is that of all nodes that are shown, also of those
+// that large elements carry. They are where they are told to be but for the rounding of copies.
+TEST(carried_nodes_count_where_they_are)
+{
+    VoxelWorldOptions options = estimated(voxel_world_cube(8), 0.3);
+    options.body.surface_level = options.body.body.levels;
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    const int count = world.body->surface.node_used;
+    FREED Vec3 *rest = zeroed((size_t)count, sizeof *rest);
+    for (int i = 0; i < count; i++)
+        world.body->ops->read_nodes(world.body->model, &i, 1, &rest[i], NULL);
+    const VoxelModel *model = world.body->model;
+    const int rows = model->vertices.count;
+    for (int v = 0; v < rows; v++) {
+        const Vec3 x = rows_rest(&model->vertices.rows, v);
+        rows_write(&model->vertices.rows, model->vertices.present, v, stretched(x),
+                   vec3(0.0, 0.0, 0.0));
+    }
+    sim_step(world.sim);
+    const BodyError error = error_of(&world);
+    const double moved = error.displacement / error.relative;
+    print_message("moved by %.4f mm\n", 1e3 * moved);
+    expect_near(moved, rms_of_nodes(&world, rest), 1e-6 * moved);
+}
+
 // ---------------------------------------------------------------------------------------------
 // Where it is
 
