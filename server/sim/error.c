@@ -22,6 +22,9 @@ static const double ELEMENT_TIME = 300e-9, SPRING_TIME = 2e-9;
 // A body that has not moved has no relative error: displacements count from this fraction of its
 // longest edge on, as in body_status_t.
 static const double LEAST = 1e-3;
+// What a body has moved counts for so long, ever less [s]: one that swings through its rest shape
+// has no smaller displacements to go by.
+static const double MEMORY = 0.2;
 
 _Static_assert((int)ERROR_TOOLS >= (int)SIM_TOOLS, "a question has all tools of a scene");
 
@@ -48,7 +51,7 @@ typedef struct BodyRounds {
     int64_t rounds;            // completed
     int64_t step;              // tick at whose end the last one began; -1: nothing is known
     double space;              // [m]
-    double moved;              // rms displacement of the outer nodes [m]
+    double moved;              // rms displacement of the outer nodes, the largest lately [m]
     double share[ERROR_TOOLS]; // relative error of the force on a tool; -1: unknown
     // --- of a driven body ---
     int64_t fineness; // power of FINENESS_STEP
@@ -277,6 +280,8 @@ static void take(Sim *sim, ErrorRounds *errors, const BodyError *found)
 {
     const Round *now = errors->now;
     BodyRounds *body = &errors->body[now->at];
+    const double passed =
+        body->step < 0 ? MEMORY : fmax(0.0, (double)(now->since - body->step) * sim->tick);
     for (int t = 0; t < ERROR_TOOLS; t++)
         body->share[t] = -1.0;
     body->step = -1;
@@ -287,7 +292,8 @@ static void take(Sim *sim, ErrorRounds *errors, const BodyError *found)
     }
     body->step = now->since;
     body->space = found->displacement;
-    body->moved = found->relative > 0.0 ? found->displacement / found->relative : 0.0;
+    const double moved = found->relative > 0.0 ? found->displacement / found->relative : 0.0;
+    body->moved = fmax(moved, body->moved * fmax(0.0, 1.0 - passed / MEMORY));
     for (int i = 0; i < now->tool_count; i++) {
         if (is_figure(found->force[i]))
             body->share[now->tool[i]] = found->force[i];

@@ -341,8 +341,8 @@ typedef struct SimError {
     double space;    // of the discretisation in space: of the outer nodes' displacements, rms [m]
     double steps;    // of the time steps, likewise [m] (estimate.h)
     double total;    // the first, and the second where it is known [m]
-    double relative; // the same over the rms displacement of the outer nodes, or over 1/1000 of the
-                     // longest edge if that is more
+    double relative; // the same over the rms displacement of the outer nodes, the largest of the
+                     // last 0.2 s, or over 1/1000 of the longest edge if that is more
     int64_t age;     // ticks since the state that `space` is of
     int rounds;      // of BodyOps.estimate completed since the start
 } SimError;

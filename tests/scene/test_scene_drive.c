@@ -115,6 +115,36 @@ TEST(a_pressed_wall_comes_to_the_error_that_its_scene_asks_for)
     assert_true(driving(&world) < 0.05);
 }
 
+// Let go, a body swings through its rest shape, where it has hardly moved: its relative error is
+// still one of the swing.
+TEST(an_error_does_not_jump_when_a_body_swings)
+{
+    static const char SWINGS[] =
+        "bodies = ( { name = \"a\"; model = \"voxel\"; levels = { inside = 2; surface = 2; }; %s\n"
+        "  voxels = { generator = \"box\"; count = 16; size = 0.00625; };\n"
+        "  fixed = ( { box = ([-1, -1, -1], [1, 1, -0.0499]); } ); } );\n"
+        "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.012; } ); } );\n";
+    SCOPED(world_destroy) World world;
+    open_world(&world, SWINGS, "", 100.0);
+    press(&world, 0.012, 0.008, 500);
+    SimError error;
+    sim_error(world.sim, 0, &error);
+    const double pressed = error.relative;
+    const ToolPose away = {.utime = (int64_t)(1e6 * sim_time(world.sim)), .orientation = QUAT_NONE};
+    sim_apply_pose(world.sim, 0, &away, false);
+    double most = 0.0;
+    for (int k = 0; k < 500; k++) {
+        sim_step(world.sim);
+        sim_error(world.sim, 0, &error);
+        most = fmax(most, error.relative);
+    }
+    print_message("pressed %.1f %%, afterwards at most %.1f %%, at last %.1f %%\n", 100.0 * pressed,
+                  100.0 * most, 100.0 * error.relative);
+    assert_true(error.relative >= 0.0);
+    // A third more, as elements become larger; over what it has moved at that time 2.5 times.
+    expect_at_most(most, 1.5 * pressed);
+}
+
 // What the cells themselves leave out is said once.
 TEST(a_target_out_of_reach_is_reported_once)
 {
