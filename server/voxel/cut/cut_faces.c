@@ -389,7 +389,7 @@ static void follow_births(CutFaces *faces, TopologyChange *change)
         const CutBirth *birth = &changes->birth[b];
         if (birth->carried) // it was there
             continue;
-        faces->copied_from[birth->vertex] = birth->origin;
+        faces->copied_from[birth->vertex] = cut_birth_origin(birth);
         cut_faces_enter_vertex(faces, birth->vertex);
         if (faces->all && birth->vertex < *faces->slot_count) // a row that was free
             cut_faces_describe_slot(faces, birth->vertex);
@@ -561,7 +561,7 @@ static bool follow_squares(CutFaces *faces)
                 changed |= follow_corners(faces, cut_faces_square(faces, element, d));
     }
     for (int b = 0; b < changes->birth_count && lattice->adapts; b++)
-        if (changes->birth[b].origin >= 0)
+        if (changes->birth[b].parent_count == 1)
             changed |= follow_copy(faces, changes->birth[b].vertex);
     // Neighbours last: all squares exist now.
     for (int f = 0; f < changes->face_count; f++)

@@ -338,7 +338,7 @@ static void note_births(CutFit *fit, bool born)
 {
     const CutChanges *changes = &fit->lattice->changes;
     for (int b = 0; b < changes->birth_count; b++)
-        fit->origin[changes->birth[b].vertex] = born ? changes->birth[b].origin : -1;
+        fit->origin[changes->birth[b].vertex] = born ? cut_birth_origin(&changes->birth[b]) : -1;
 }
 
 bool cut_fit_follow(CutFit *fit, bool divided, Body *body)

@@ -68,17 +68,22 @@ typedef struct CutWindow {
     unsigned char level;
 } CutWindow;
 
-// A new vertex, with the mean position and velocity of its parents: a copy of `origin` at the same
-// point, where its elements had their vertex before; or (origin -1) a vertex in the middle of nodes
-// of a divided element, by the template's rule; or a corner in void of an element that has merged,
-// where that element's affine motion takes it.
+// A new vertex, with the mean position and velocity of its parents: a copy of its only parent at
+// the same point, where its elements had their vertex before; or a vertex in the middle of nodes of
+// a divided element, by the template's rule; or, without parents, a corner in void of an element
+// that has merged, where that element's affine motion takes it.
 typedef struct CutBirth {
-    int vertex, origin;
-    int parent_count, parent[8]; // 1 (the origin), 2, 4 or 8, some more than once; they existed
-                                 // before. 0: extrapolated
-    int extrapolated;            // the merged element; -1: by its parents
-    bool carried;                // it was carried until now: its row and id are not new
+    int vertex;
+    int parent[8]; // 1, 2, 4 or 8, some more than once; they existed before. 0: the merged element
+    unsigned char parent_count;
+    bool carried; // it was carried until now: its row and id are not new
 } CutBirth;
+
+// Returns the vertex that a new one is a copy of; -1: of none.
+static inline int cut_birth_origin(const CutBirth *birth)
+{
+    return birth->parent_count == 1 ? birth->parent[0] : -1;
+}
 
 // A vertex that no element has any more: freed or, if it has a `kept_id`, carried.
 typedef struct CutEnd {

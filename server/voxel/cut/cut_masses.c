@@ -383,8 +383,8 @@ double cut_masses_residual(const CutMasses *masses, int element)
 static void extrapolate(CutMasses *masses, const CutBirth *birth, const int point[3])
 {
     Vertices *vertices = masses->vertices;
-    if (masses->fit.element != birth->extrapolated)
-        fit_merged(masses, birth->extrapolated);
+    if (masses->fit.element != birth->parent[0])
+        fit_merged(masses, birth->parent[0]);
     for (int k = 0; k < ROW; k++)
         rows_put(&vertices->rows, vertices->row[vertices->current], (long)birth->vertex * ROW + k,
                  fit_at(&masses->fit, point, k));
@@ -727,10 +727,11 @@ void cut_masses_follow(CutMasses *masses, bool divided)
             touch_element(masses, changes->element[i]);
     }
     for (int b = 0; b < changes->birth_count; b++) // a copy takes part of its origin's mass
-        if (changes->birth[b].origin >= 0) {
+        if (changes->birth[b].parent_count == 1) {
+            const int *origin = changes->birth[b].parent;
             touch(masses, changes->birth[b].vertex);
-            touch(masses, changes->birth[b].origin);
-            union_find_join(masses->group, changes->birth[b].vertex, changes->birth[b].origin);
+            touch(masses, *origin);
+            union_find_join(masses->group, changes->birth[b].vertex, *origin);
         }
     for (int i = 0; i < changes->lost_count; i++)
         touch(masses, changes->lost[i]);

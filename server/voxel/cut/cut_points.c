@@ -395,20 +395,15 @@ static void list_birth(CutLattice *lattice, int vertex, const int point[3], int 
                        bool carried)
 {
     CutBirth *birth = &lattice->changes.birth[lattice->changes.birth_count++];
-    *birth = (CutBirth){.vertex = vertex,
-                        .origin = origin,
-                        .parent_count = 1,
-                        .parent = {origin},
-                        .extrapolated = -1,
-                        .carried = carried};
+    *birth =
+        (CutBirth){.vertex = vertex, .parent = {origin}, .parent_count = 1, .carried = carried};
     if (origin >= 0)
         return;
     ASSERT(of >= 0);
+    birth->parent[0] = of;
     birth->parent_count = 0;
     if (lattice->divided[of])
-        birth->parent_count = find_parents(lattice, of, point, birth->parent);
-    else
-        birth->extrapolated = of;
+        birth->parent_count = (unsigned char)find_parents(lattice, of, point, birth->parent);
 }
 
 // Adds a copy of `origin`, or, if that is negative, a vertex that follows from `of`.

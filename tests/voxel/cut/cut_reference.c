@@ -419,12 +419,11 @@ static void check_births(const CutLattice *cut, CutFollower *follower)
         // A row is not used again within a change, and in a body that does not adapt never.
         assert_int_equal(known[birth->vertex], birth->carried);
         assert_true(cut->adapts || birth->vertex == follower->used + b);
-        assert_int_equal(birth->extrapolated >= 0, birth->parent_count == 0);
         assert_true(birth->parent_count == 1 || birth->parent_count == 2 ||
                     birth->parent_count == 4 || birth->parent_count == 8 ||
                     (cut->adapts && birth->parent_count == 0));
-        if (birth->extrapolated >= 0)
-            assert_true(is_corner(cut, birth->extrapolated, place));
+        if (birth->parent_count == 0)
+            assert_true(is_corner(cut, birth->parent[0], place));
         for (int p = 0; p < birth->parent_count; p++) {
             assert_true(known[birth->parent[p]] && birth->parent[p] != birth->vertex);
             cut_lattice_point(cut, birth->parent[p], at);
