@@ -38,8 +38,8 @@ typedef enum ErrorPass {
     SHOW
 } ErrorPass;
 
-enum { STRAINS = 6 };   // xx yy zz yz zx xy
-enum { VERTICES = 16 }; // that take as long as an element
+enum { STRAINS = 6 };                // xx yy zz yz zx xy
+enum { VERTICES = 16, CARRIED = 4 }; // that take as long as an element
 
 // Sums over the corners of elements at a vertex. A corner weighs 1 / H, so that what elements of
 // two sizes have in their middles is interpolated to the vertex between them.
@@ -93,10 +93,7 @@ VoxelError *voxel_error_create(int capacity, const char *name, Arena *arena, Sta
 static void copy_motion(const VoxelModel *model, int vertex, float u[3])
 {
     const Vertices *vertices = &model->vertices;
-    const void *row = vertices_row(vertices);
-    if (model->cuts != NULL)
-        row = cut_carry_rows(model->cuts->carry, row, vertex);
-    const Vec3 x = rows_vector(&vertices->rows, row, vertex, 0);
+    const Vec3 x = rows_vector(&vertices->rows, vertices_row(vertices), vertex, 0);
     u[0] = (float)x.x, u[1] = (float)x.y, u[2] = (float)x.z;
 }
 
@@ -517,20 +514,35 @@ static bool is_carried(const VoxelModel *model, int vertex)
            cut_lattice_is_carried(&model->cuts->lattice, vertex);
 }
 
+// Returns the displacement of a vertex as the round began; of a carried one, by what carries it.
+static Vec3 displacement_of(const VoxelModel *model, int vertex)
+{
+    const VertexError *all = model->error->vertex;
+    FitWeight weight[NODE_COUNT] = {{vertex, 1.0}};
+    const int count =
+        is_carried(model, vertex) ? cut_carry_weights(model->cuts->carry, vertex, weight) : 1;
+    Vec3 sum = {0.0, 0.0, 0.0};
+    for (int w = 0; w < count; w++) {
+        const float *u = all[weight[w].vertex].u;
+        sum = vec3_madd(sum, weight[w].weight, vec3((double)u[0], (double)u[1], (double)u[2]));
+    }
+    return sum;
+}
+
 // Adds the displacements of the outer vertices: of bodies that can be cut those of published nodes.
 static bool through_outer(const VoxelModel *model, int *budget)
 {
     VoxelError *error = model->error;
     const int count = model->cuts != NULL ? (int)*model->node_count : model->surface_count;
-    const int end = (int)fmin(count, error->next + (double)VERTICES * *budget);
-    *budget -= (end - error->next) / VERTICES + 1;
+    const int at_once = model->cuts != NULL && model->cuts->carry != NULL ? CARRIED : VERTICES;
+    const int end = (int)fmin(count, error->next + (double)at_once * *budget);
+    *budget -= (end - error->next) / at_once + 1;
     for (; error->next < end; error->next++) {
         const int v = model->cuts != NULL ? vertex_of_node(model, error->next) : error->next;
         if (!(error->vertex[v].weight > 0.0F) && !is_carried(model, v)) // it has no element
             continue;
-        const float *u = error->vertex[v].u;
-        for (int k = 0; k < 3; k++)
-            error->sums.square += (double)u[k] * (double)u[k];
+        const Vec3 u = displacement_of(model, v);
+        error->sums.square += vec3_dot(u, u);
         error->sums.outer++;
     }
     return error->next >= count;
