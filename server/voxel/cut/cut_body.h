@@ -59,6 +59,8 @@ void cut_body_reserve_blades(void *self, int blades, Arena *arena, StateList *st
 // with divisions or merges.
 bool cut_body_follow(VoxelCuts *cuts, Body *body, bool divided, bool pieces_came,
                      TopologyChange *change);
+// Tells the body how many elements it has now.
+void cut_body_count_elements(const VoxelCuts *cuts, Body *body);
 
 // --- parts of operations that all voxel bodies have ---
 // Keeps vertices without elements in their place, after the frame has followed the body.
@@ -85,7 +87,7 @@ const BodySections *cut_body_sections(const void *self);
 void cut_body_visit(void *self, Vec3 place);
 void cut_body_explain(const VoxelCuts *cuts, FILE *out);
 
-// --- creation of what other bodies do not have; load time ---
+// --- cut_body_create.c: creation of what other bodies do not have; load time ---
 // Finds what a body that adapts starts with, as coarse as it can be, so that it needs no room for
 // more: moves its vertices to the front of the mesh. False with a status.
 bool cut_body_find_rest(VoxelMaking *making, Status *status);

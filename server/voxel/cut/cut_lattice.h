@@ -364,7 +364,8 @@ void cut_lattice_merge(CutLattice *lattice, int element);
 // before anything is derived from the lattice, and tests.
 void cut_lattice_coarsen(CutLattice *lattice);
 
-// Derives everything that follows from the state. False: an impossible state (from a checkpoint).
+// cut_lattice_derive.c. Derives everything that follows from the state. False: an impossible state
+// (from a checkpoint).
 bool cut_lattice_derive(CutLattice *lattice);
 
 #endif

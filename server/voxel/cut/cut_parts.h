@@ -21,6 +21,8 @@ typedef struct CutFreeRows {
     uint64_t *bits[FREE_LEVELS];
 } CutFreeRows;
 
+enum { CUT_FAMILY = 8 }; // rows for the children of an element of level 1, void ones included
+
 // Scratch: derived from the state, or empty between calls.
 typedef struct CutScratch {
     int points[3];    // lattice points along the axes, those of larger blocks included
@@ -223,6 +225,10 @@ enum { CUT_POINTS = NODE_COUNT + 1 }; // nodes of an element, and its centre
 void cut_split_find_blocks(const CutLattice *lattice, int element, CutBlocks *out);
 // Gives the leaves around all these points of an element their vertices.
 void cut_split_visit(CutLattice *lattice, int element);
+
+// cut_lattice_derive.c. The same as cut_lattice_derive, but elements may be left that must be
+// divided.
+bool cut_parts_derive(CutLattice *lattice);
 
 // cut_merge.c. Load time: decides which elements may be leaves of a body that adapts.
 void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making);
