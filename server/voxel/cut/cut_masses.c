@@ -330,51 +330,70 @@ static void find_merge_points(const CutLattice *lattice, int element, MergePoint
         for (int d = 0; d < 3; d++)
             point[d] = block->cell[d] + (step[d] << block->level >> 1);
         cut_lattice_around(lattice, point, leaf);
+        // Smaller ones beside may have another vertex there: a part of their own.
         for (int s = 0; s < 8; s++)
-            out->stays[at] |= leaf[s] >= 0 && lattice->element[leaf[s]].level < block->level &&
-                              cut_lattice_parent(lattice, leaf[s]) != element;
+            out->stays[at] |=
+                leaf[s] >= 0 && lattice->element[leaf[s]].level < block->level &&
+                cut_lattice_parent(lattice, leaf[s]) != element &&
+                cut_lattice_nodes(lattice, leaf[s])[cut_lattice_node_at(lattice, leaf[s], point)] ==
+                    out->vertex[at];
     }
+}
+
+static Vec3 displacement_of(const CutMasses *masses, int vertex)
+{
+    const void *row = vertices_row(masses->vertices);
+    return rows_vector(&masses->vertices->rows, cut_carry_rows(masses->carry, row, vertex), vertex,
+                       0);
 }
 
 double cut_masses_residual(const CutMasses *masses, int element)
 {
     const CutLattice *lattice = masses->lattice;
     const CutElement *block = &lattice->element[element];
-    const Rows *rows = &masses->vertices->rows;
-    const void *row = vertices_row(masses->vertices);
     MergePoints points;
     AffineFit fit = {.element = element};
-    Vec3 value[27];
-    int point[3];
+    Vec3 map[27];
+    int point[27][3], corner[27];
+    unsigned there = 0;
     cut_lattice_place(lattice, element, fit.origin);
     find_merge_points(lattice, element, &points);
     for (int at = 0; at < 27; at++) {
-        if (points.vertex[at] < 0)
+        const int step[3] = {at % 3, at / 3 % 3, at / 9}, vertex = points.vertex[at];
+        for (int d = 0; d < 3; d++)
+            point[at][d] = block->cell[d] + (step[d] << block->level >> 1);
+        if (vertex >= 0)
+            add_to_fit(masses, &fit, vertex, point[at]);
+        corner[at] = -1;
+        if (step[0] == 1 || step[1] == 1 || step[2] == 1) {
+            there |= (unsigned)(points.stays[at] && vertex >= 0) << at;
+            if (vertex >= 0)
+                map[at] = displacement_of(masses, vertex);
             continue;
-        value[at] = rows_vector(rows, row, points.vertex[at], 0);
-        cut_lattice_point(lattice, points.vertex[at], point);
-        add_to_fit(masses, &fit, points.vertex[at], point);
+        }
+        // What it will have at a corner: in void also a vertex that elements beside have.
+        if (!block->whole)
+            corner[at] = cut_points_corner(lattice, element, point[at]);
+        if (corner[at] < 0)
+            corner[at] = vertex;
+        else if (corner[at] != vertex && !cut_lattice_is_carried(lattice, corner[at]))
+            add_to_fit(masses, &fit, corner[at], point[at]);
+        if (corner[at] >= 0)
+            map[at] = displacement_of(masses, corner[at]);
+        points.stays[at] = corner[at] == vertex;
+        there |= (unsigned)(corner[at] >= 0) << at;
     }
     if (!solve_fit(&fit))
         return (double)INFINITY;
-    unsigned there = 0;
-    for (int at = 0; at < 27; at++) {
-        const int step[3] = {at % 3, at / 3 % 3, at / 9};
-        const bool corner = step[0] != 1 && step[1] != 1 && step[2] != 1;
-        there |= (unsigned)(points.stays[at] && points.vertex[at] >= 0) << at;
-        for (int d = 0; d < 3; d++)
-            point[d] = block->cell[d] + (step[d] << block->level >> 1);
-        if (corner && points.vertex[at] < 0)
-            value[at] =
-                vec3(fit_at(&fit, point, 0), fit_at(&fit, point, 1), fit_at(&fit, point, 2));
-    }
-    Vec3 map[27];
-    memcpy(map, value, sizeof map);
+    for (int at = 0; at < 27; at++)
+        if (points.vertex[at] < 0 && corner[at] < 0) // in void: a corner, or filled below
+            map[at] = vec3(fit_at(&fit, point[at], 0), fit_at(&fit, point[at], 1),
+                           fit_at(&fit, point[at], 2));
     cut_fill_middles(map, there);
     double most = 0.0;
     for (int at = 0; at < 27; at++)
         if (points.vertex[at] >= 0 && !points.stays[at]) {
-            const Vec3 away = vec3_sub(value[at], map[at]);
+            const Vec3 away = vec3_sub(displacement_of(masses, points.vertex[at]), map[at]);
             most = fmax(most, vec3_dot(away, away));
         }
     return sqrt(most) / masses->size;

@@ -201,6 +201,9 @@ int cut_points_wanted(const CutLattice *lattice, const int point[3], const int l
 int cut_points_present(const CutLattice *lattice, const int point[3]);
 // Returns how many vertices have to come there, at most: of a body that adapts.
 int cut_points_missing(const CutLattice *lattice, const int point[3], const int leaf[8]);
+// Returns the vertex that an element which is no leaf would have at its corner if it were one; -1:
+// a new one.
+int cut_points_corner(const CutLattice *lattice, int element, const int point[3]);
 // Lists a vertex at the point of its id.
 void cut_points_add(CutLattice *lattice, int vertex);
 

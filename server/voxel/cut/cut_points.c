@@ -592,3 +592,34 @@ int cut_points_missing(const CutLattice *lattice, const int point[3], const int 
         count += find_vertex(lattice, index, anchor_of(&around, __builtin_ctz(left))) < 0;
     return count;
 }
+
+int cut_points_corner(const CutLattice *lattice, int element, const int point[3])
+{
+    const CutElement *of = &lattice->element[element];
+    int leaf[8], slot = -1;
+    cut_lattice_around(lattice, point, leaf);
+    // The element in place of what is inside of it: as a corner of it, one slot.
+    for (int s = 0; s < 8; s++) {
+        bool in = true;
+        for (int d = 0; d < 3; d++) {
+            const int at = point[d] - 1 + (s >> d & 1) - of->cell[d];
+            in &= at >= 0 && at >> of->level == 0;
+        }
+        if (in)
+            leaf[slot = s] = element;
+    }
+    const CutAround around = parts_at(lattice, point, leaf);
+    const int part = around.parts.part[slot];
+    const int found =
+        find_vertex(lattice, cut_parts_index(lattice->scratch, point), anchor_of(&around, part));
+    if (found >= 0)
+        return found;
+    // One in void may have another anchor until then.
+    for (int s = 0; s < 8; s++)
+        if (s != slot && leaf[s] >= 0 && around.parts.part[s] == part) {
+            const int node = cut_lattice_node_at(lattice, leaf[s], point);
+            if (node >= 0 && cut_lattice_nodes(lattice, leaf[s])[node] >= 0)
+                return cut_lattice_nodes(lattice, leaf[s])[node];
+        }
+    return -1;
+}

@@ -434,9 +434,8 @@ TEST(no_shown_point_moves_farther_than_the_residual)
             // By the same sums in another order.
             expect_near(largest_move(&world, before, after), 0.0, 1e-12);
             // One by one: where two merge beside each other, what is between them moves by both.
-            // Those that stay take over at most as much as the others leave, and a corner in void
-            // may be another one than the residual assumes: up to 2.9 times the residual with seven
-            // seeds.
+            // Those that stay take over at most as much as the others leave: twice as far; with
+            // twelve other seeds 1.19 times.
             double residual;
             const double energy = world_energy(&world);
             for (int n = 0; n < 3; n++) {
@@ -444,7 +443,7 @@ TEST(no_shown_point_moves_farther_than_the_residual)
                 read_kept(&world, before);
                 merged += count;
                 farthest = fmax(farthest, largest_move(&world, before, after));
-                expect_near(largest_move(&world, before, after), 0.0, 3.0 * residual + 1e-12);
+                expect_near(largest_move(&world, before, after), 0.0, 2.0 * residual + 1e-12);
                 memcpy(after, before, (size_t)kept * sizeof *after);
             }
             const double more = world_energy(&world) - energy;

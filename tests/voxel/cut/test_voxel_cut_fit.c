@@ -503,13 +503,13 @@ static void divide_all(CutWorld *world)
     cut_world_divide(world, leaf, count);
 }
 
-// Merges all that can where vertices move by less than a tenth of a cell.
+// Merges all that can where vertices move by less than 0.3 of a cell.
 static bool merge_all(Sim *sim, int b, void *context, TopologyChange *change)
 {
     VoxelCuts *cuts = context;
     CutLattice *lattice = &cuts->lattice;
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
-        if (cut_lattice_can_merge(lattice, e) && cut_masses_residual(&cuts->masses, e) < 0.1)
+        if (cut_lattice_can_merge(lattice, e) && cut_masses_residual(&cuts->masses, e) < 0.3)
             cut_lattice_merge(lattice, e);
     return cut_body_follow(cuts, &sim->body[b], true, false, change);
 }
