@@ -264,6 +264,19 @@ static void voxel_snapshot_coagulated(const void *self, unsigned char *share)
     }
 }
 
+// Finds out where carried vertices with loads are, whose potential is measured.
+static void find_loaded(const VoxelModel *model)
+{
+    const Vertices *vertices = &model->vertices;
+    if (!carries(model) || vertices->loaded_count == 0)
+        return;
+    for (int v = 0; v < vertices->loadable_count; v++) {
+        const double *load = vertices->load[v];
+        if (load[0] != 0.0 || load[1] != 0.0 || load[2] != 0.0)
+            cut_carry_rows(model->cuts->carry, NULL, v);
+    }
+}
+
 static void voxel_measure(const void *self, BodyMeasure *measure)
 {
     const VoxelModel *model = self;
@@ -274,8 +287,7 @@ static void voxel_measure(const void *self, BodyMeasure *measure)
         .elastic = batch_runs_energy(model->batches, &pass),
         .refused = model->cuts != NULL ? model->cuts->refused : 0,
     };
-    if (carries(model) && model->vertices.loaded_count != 0)
-        cut_carry_all(model->cuts->carry);
+    find_loaded(model);
     vertices_measure(&model->vertices, measure);
     if (model->cuts != NULL && model->cuts->tension != NULL)
         measure->outer += cut_tension_energy(model->cuts->tension, pass.rows, pass.stiffness_scale);

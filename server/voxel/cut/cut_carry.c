@@ -158,12 +158,6 @@ void cut_carry_find(CutCarry *carry, int leaf)
     *known = carry->now;
 }
 
-void cut_carry_all(CutCarry *carry)
-{
-    for (int k = 0; k < carry->leaf_count; k++)
-        cut_carry_find(carry, carry->leaf[k]);
-}
-
 void cut_carry_snapshot(const CutCarry *carry, const int *to, float *position, float *velocity)
 {
     if (is_single(carry))

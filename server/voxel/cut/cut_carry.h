@@ -12,8 +12,8 @@
 // - searches for nodes: cut_faces_find_nodes, of elements that the region meets;
 // - places before a change, of what comes back and of fades: cut_carry_before;
 // - fades: cut_fit_fade.c, of the cells around a point;
-// - what is shown and recorded: all of them, cut_carry_snapshot; the potential of loads:
-//   cut_carry_all;
+// - what is shown and recorded: all of them, cut_carry_snapshot;
+// - the potential of loads: find_loaded in voxel.c, of those with a load;
 // - fibres of a tension: cut_carry_update_some, of their elements.
 // Elements, blades, tears, heat, removers, adaptation, estimates and masses read vertices of
 // elements. Bounds of motion need no others, since carried vertices are between these. Hashes and
@@ -98,9 +98,8 @@ static inline void cut_carry_forget(CutCarry *carry)
 {
     carry->now++; // goes round in days
 }
-// Finds out where the vertices of a carrying element are, or all carried ones, between ticks.
+// Finds out where the vertices of a carrying element are, between ticks.
 void cut_carry_find(CutCarry *carry, int leaf);
-void cut_carry_all(CutCarry *carry);
 // Writes places [m] and, unless NULL, velocities of all carried vertices, between ticks, at
 // to[vertex], as rows_snapshot does of others, and after that.
 void cut_carry_snapshot(const CutCarry *carry, const int *to, float *position, float *velocity);
