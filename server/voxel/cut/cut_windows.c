@@ -457,6 +457,8 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
     int count = 0;
     for (int g = 0; g < windows->group_count; g++) {
         const WindowGroup *own = &windows->group[g];
+        if (!bits_has(windows->in_use, g)) // as most of a body that adapts
+            continue;
         const bool rest = any_high(windows, &windows->mixed[g], high) ||
                           any_high(windows, &windows->pooled[g], high);
         for (int w = own->first; w < own->end; w++) {
