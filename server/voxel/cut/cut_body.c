@@ -57,7 +57,7 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, const int (*face)[2],
     // where it matters.
     const int room = cut_parts_room(lattice);
     outcome->needed = 4 * faces;
-    if (outcome->needed > room && face != NULL)
+    if (!cut_lattice_has_room(lattice, faces) && face != NULL)
         outcome->needed = cut_lattice_births(lattice, face, faces);
     if (outcome->needed > room || !cut_pieces_have_room(&cuts->pieces, faces)) {
         outcome->verdict = CUT_NO_NODES;
