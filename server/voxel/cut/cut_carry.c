@@ -412,9 +412,7 @@ static int cell_of_kept(const CutLattice *lattice, int vertex)
 {
     int point[3];
     cut_lattice_point(lattice, vertex, point);
-    const int slot = lattice->anchor[vertex];
-    return cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1),
-                                    point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
+    return cut_parts_cell_in(lattice, point, lattice->anchor[vertex]);
 }
 
 // Returns a cell's place on a curve that passes through each element at one go.

@@ -41,10 +41,9 @@ static void add_crossing(Wall *wall, const CutCrossing *kept, const short cell[3
 // Returns the cell in a slot around a point, also if it is gone; -1: void, or one of a larger leaf.
 static int cell_around(const CutFit *fit, const CutMoved *at, int slot)
 {
-    const int leaf = at->leaf[slot], *p = at->point;
+    const int leaf = at->leaf[slot];
     if (leaf < 0 && fit->lattice->removable)
-        return cut_lattice_cell_at_load(fit->lattice, p[0] - 1 + (slot & 1),
-                                        p[1] - 1 + (slot >> 1 & 1), p[2] - 1 + (slot >> 2));
+        return cut_parts_cell_in(fit->lattice, at->point, slot);
     return leaf < fit->faces->cell_count ? leaf : -1;
 }
 

@@ -123,6 +123,13 @@ static inline void cut_parts_fetch_vertex(const CutLattice *lattice, const int p
     __builtin_prefetch(&lattice->anchor[v]);
 }
 
+// Returns the finest cell in a slot around a point at load, also if it is gone; -1: void.
+static inline int cut_parts_cell_in(const CutLattice *lattice, const int point[3], int slot)
+{
+    return cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1),
+                                    point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
+}
+
 enum { CUT_CELLS = -2 };
 // Returns the index of the block of a cell in the grid.
 static inline long cut_parts_grid(const CutLattice *lattice, int i, int j, int k)

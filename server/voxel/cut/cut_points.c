@@ -66,13 +66,6 @@ static bool meet(const CutLattice *lattice, int low, int high, int axis)
     return a->level <= b->level ? a->meets >> (2 * axis + 1) & 1 : b->meets >> 2 * axis & 1;
 }
 
-// Returns the cell in a slot around a point at load; -1: void.
-static int cell_in(const CutLattice *lattice, const int point[3], int slot)
-{
-    return cut_lattice_cell_at_load(lattice, point[0] - 1 + (slot & 1),
-                                    point[1] - 1 + (slot >> 1 & 1), point[2] - 1 + (slot >> 2));
-}
-
 // The same as `parts_at` where a leaf is partly filled.
 static CutAround parts_around_void(const CutLattice *lattice, const int point[3], const int leaf[8],
                                    unsigned corners, unsigned broken)
@@ -85,8 +78,9 @@ static CutAround parts_around_void(const CutLattice *lattice, const int point[3]
     }
     for (int s = 0; s < 8; s++)
         if (leaf[s] >= 0)
-            around.solid |=
-                (unsigned)(lattice->element[leaf[s]].whole || cell_in(lattice, point, s) >= 0) << s;
+            around.solid |= (unsigned)(lattice->element[leaf[s]].whole ||
+                                       cut_parts_cell_in(lattice, point, s) >= 0)
+                            << s;
     around.parts = point_parts(leaf, corners, broken);
     return around;
 }
@@ -180,7 +174,7 @@ static int id_of(const CutLattice *lattice, const CutAround *around, int part, c
     if (!lattice->removable && !lattice->adapts)
         return index + points * point_parts_rank(&around->parts, part);
     for (int s = 0; s < anchor; s++)
-        if (cell_in(lattice, point, s) >= 0)
+        if (cut_parts_cell_in(lattice, point, s) >= 0)
             return index + points * anchor;
     return index;
 }
@@ -205,11 +199,11 @@ int cut_points_anchor_of(const CutLattice *lattice, int id)
     const int rank = point_of_id(lattice, id, point);
     if (rank >= 8)
         return rank;
-    while (lowest < 7 && cell_in(lattice, point, lowest) < 0)
+    while (lowest < 7 && cut_parts_cell_in(lattice, point, lowest) < 0)
         lowest++;
     // An id that no part can have has no anchor.
     const int slot = rank == 0 ? lowest : rank;
-    const bool good = cell_in(lattice, point, slot) >= 0 && (rank == 0 || rank > lowest);
+    const bool good = cut_parts_cell_in(lattice, point, slot) >= 0 && (rank == 0 || rank > lowest);
     return good ? slot : -1;
 }
 
