@@ -313,31 +313,31 @@ static void make_boxes(CutAdapt *adapt, const void *row)
 
 // Wishes that leaves under stress are divided; those of the finest level keep what is above them
 // from merging.
-static void look_at_tense(CutAdapt *adapt)
+static void look_at_stressed(CutAdapt *adapt)
 {
     const CutLattice *lattice = adapt->lattice;
-    for (int k = 0; k < adapt->tense_count; k++) {
-        const int leaf = adapt->tense[k];
+    for (int k = 0; k < adapt->stressed_count; k++) {
+        const int leaf = adapt->stressed[k];
         // The tick's cuts may have divided it.
         if (!cut_lattice_is_leaf(lattice, leaf))
             continue;
         const int parent = cut_lattice_parent(lattice, leaf);
         if (parent >= 0)
-            bits_add(adapt->is_tense, parent - lattice->level_first[1]);
+            bits_add(adapt->is_stressed, parent - lattice->level_first[1]);
         if (lattice->element[leaf].level > 0)
             add_wish(adapt, &(AdaptWish){.element = leaf});
     }
 }
 
-static void forget_tense(CutAdapt *adapt)
+static void forget_stressed(CutAdapt *adapt)
 {
     const CutLattice *lattice = adapt->lattice;
-    for (int k = 0; k < adapt->tense_count; k++) {
-        const int parent = cut_lattice_parent(lattice, adapt->tense[k]);
+    for (int k = 0; k < adapt->stressed_count; k++) {
+        const int parent = cut_lattice_parent(lattice, adapt->stressed[k]);
         if (parent >= 0)
-            bits_remove(adapt->is_tense, parent - lattice->level_first[1]);
+            bits_remove(adapt->is_stressed, parent - lattice->level_first[1]);
     }
-    adapt->tense_count = 0;
+    adapt->stressed_count = 0;
 }
 
 // Divides what presses most. Returns how many.
@@ -396,7 +396,7 @@ static void find_merges(CutAdapt *adapt, const void *row)
             *next = at;
             if (looks++ == LOOKS || adapt->merge_count == MERGE_BUDGET)
                 return;
-            if (!bits_has(adapt->is_tense, at) && is_left(adapt, row, element) &&
+            if (!bits_has(adapt->is_stressed, at) && is_left(adapt, row, element) &&
                 cut_lattice_can_merge(adapt->lattice, element) &&
                 cut_masses_residual(adapt->masses, element) < CUT_MERGE_RESIDUAL)
                 adapt->merge[adapt->merge_count++] = element;
@@ -425,7 +425,7 @@ int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
     adapt->state->age++;
     adapt->wish_count = adapt->wished = 0;
     make_boxes(adapt, row);
-    look_at_tense(adapt);
+    look_at_stressed(adapt);
     if (is_due(adapt))
         sweep(adapt, row);
     // Nothing merges while something is divided.
@@ -437,7 +437,7 @@ int cut_adapt_step(CutAdapt *adapt, const void *row, bool *merged)
         find_merges(adapt, row);
         changed = merge(adapt);
     }
-    forget_tense(adapt);
+    forget_stressed(adapt);
     return changed;
 }
 
@@ -557,7 +557,7 @@ void cut_adapt_create(CutAdapt *adapt, CutLattice *lattice, const CutMasses *mas
     adapt->brick_count = lattice->window_count - adapt->brick_first;
     const int words = words_of(lattice);
     adapt->family = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "elements that may merge");
-    adapt->is_tense = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "elements above tense ones");
+    adapt->is_stressed = ALLOCATE(ARENA_TOPOLOGY, words, uint64_t, "elements above stressed ones");
     adapt->state = ALLOCATE(ARENA_TOPOLOGY, 1, AdaptState, "adaptation");
     adapt->box = ALLOCATE(ARENA_TOPOLOGY, adapt->brick_count, AdaptBox, "boxes of bricks");
     adapt->state->scale = 1.0;

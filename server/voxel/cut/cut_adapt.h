@@ -69,9 +69,9 @@ typedef struct CutAdapt {
                       // leaves, and it may merge
 
     // --- of the tick ---
-    const int *tense;   // leaves under so much stress that they should be of the finest level, with
-    int tense_count;    // those around them; 0 unless set before cut_adapt_step, which clears it
-    uint64_t *is_tense; // as `family`: a leaf below is tense; empty between ticks
+    const int *stressed; // leaves under so much stress that they and those around them should be of
+    int stressed_count;  // the finest level; 0 unless set before cut_adapt_step, which clears it
+    uint64_t *is_stressed; // as `family`: a leaf below is stressed; empty between ticks
     int approach_count;
     Approach approach[APPROACH_MOST]; // in the rows' coordinates
     int wish_count, wished;           // kept, the most pressing first; found

@@ -245,8 +245,8 @@ bool cut_body_adapt(Body *body, int64_t step, double tick, TopologyChange *chang
     const int64_t refused = cuts->adapt->refused;
     bool merged;
     cut_release_begin(cuts->release, tick);
-    cuts->adapt->tense = cuts->tear.stressed;
-    cuts->adapt->tense_count = cuts->tear.stressed_count;
+    cuts->adapt->stressed = cuts->tear.stressed;
+    cuts->adapt->stressed_count = cuts->tear.stressed_count;
     cuts->tear.stressed_count = 0;
     const int changed = cut_adapt_step(cuts->adapt, vertices_row(&model->vertices), &merged);
     cuts->refused += cuts->adapt->refused > refused;

@@ -318,7 +318,7 @@ static void look_at_half(void *context, int first, int last)
 
 // Elements of a body that adapts are divided from this share of the strength on: larger ones
 // underestimate peaks.
-static const double TENSE = 0.5;
+static const double STRESSED = 0.5;
 
 // Marks the elements under this share of the strength, in `high`.
 static void mark_stressed(CutTear *tear, const VoxelPass *pass, double share)
@@ -366,7 +366,7 @@ static void find_by_stress(CutTear *tear, const VoxelPass *pass)
 {
     int looked[TEAR_LOOKS];
     const bool adapts = tear->lattice->adapts;
-    mark_stressed(tear, pass, adapts ? TENSE : 1.0);
+    mark_stressed(tear, pass, adapts ? STRESSED : 1.0);
     tear->stressed_count = cut_windows_stressed(tear->windows, tear->high, tear->stressed);
     // Elements that may tear do not wait for those that are to be divided alone.
     if (adapts && tear->stressed_count > TEAR_LOOKS)
