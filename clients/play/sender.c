@@ -154,7 +154,7 @@ static unsigned char *levels_of(const SenderMap *map)
     return map->row + sizeof(int16_t) * (size_t)map->map.count;
 }
 
-// Reads the newest maps up to the frame shown, if they are of its mesh. Only pairs of triangles are
+// Reads the maps that go with the frame shown, if they are of its mesh. Only pairs of triangles are
 // squares.
 static bool read_maps(Sender *sender, int index, const TimelineFrame *at, Status *status)
 {

@@ -518,8 +518,14 @@ int64_t timeline_find_map(const Timeline *timeline, const TimelineFrame *at, int
 {
     const Part *part = &timeline->part[at->part];
     const int index = part->body[body];
-    const double time = recording_reader_frame(part->reader, index, at->frame).time;
-    const int64_t found = recording_reader_find_map(part->reader, index, kind, time + SAME_S);
+    const RecordingFrame frame = recording_reader_frame(part->reader, index, at->frame);
+    int64_t found = recording_reader_find_map(part->reader, index, kind, frame.time + SAME_S);
+    const int64_t next = found + 1;
+    if ((found < 0 ||
+         recording_reader_map(part->reader, index, kind, found).topology != frame.topology) &&
+        next < recording_reader_maps(part->reader, index, kind) &&
+        recording_reader_map(part->reader, index, kind, next).topology == frame.topology)
+        found = next;
     if (found < 0)
         return -1;
     *map = recording_reader_map(part->reader, index, kind, found);

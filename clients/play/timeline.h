@@ -61,7 +61,9 @@ bool timeline_look(Timeline *timeline, const TimelineFrame *at, int body, int64_
                    Status *status);
 
 // Finds the newest map of a body at or before the time of a frame, in the file that the frame is
-// in; its topology is numbered as that of the frame. -1: there is none.
+// in; its topology is numbered as that of the frame. Where none of the frame's mesh has been yet,
+// the next one, if that is of it: after a seek back a viewer would keep one of later. -1: there is
+// none.
 int64_t timeline_find_map(const Timeline *timeline, const TimelineFrame *at, int body,
                           RecordingMapKind kind, RecordingMap *map);
 bool timeline_map_rows(Timeline *timeline, const TimelineFrame *at, int body, RecordingMapKind kind,

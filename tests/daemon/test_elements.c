@@ -264,5 +264,13 @@ TEST(maps_are_recorded_and_played_as_they_were_told)
     }
     expect_at_least(played.count[RECORDING_ELEMENTS], 3);
     expect_maps(own, &played, 3);
+    // Also at the start, before the first: a viewer would keep those of the end.
+    int count[RECORDING_MAPS];
+    memcpy(count, played.count, sizeof count);
+    assert_true(command(viewer, PLIANT_COMMAND_T_SET, 0.0, "seek=0")->ok);
+    for (int kind = 0; kind < RECORDING_MAPS; kind++) {
+        wait_until(viewer, played.count[kind] > count[kind]);
+        assert_true(played.step[kind][count[kind]] == told.step[kind][0]);
+    }
     server_stop(viewer, &program);
 }
