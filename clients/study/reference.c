@@ -462,8 +462,12 @@ static void conclude(Refinement *of)
 {
     StudyReference *reference = &of->reference;
     reference->difference[0] = reference->difference[1] = (double)NAN;
-    if (!of->wanted || of->failed || of->trace[RUNS - 1] == NULL)
+    if (!of->wanted || of->failed)
         return;
+    // Runs are missing where another process has completed the study meanwhile.
+    for (int k = of->first; k < RUNS; k++)
+        if (of->trace[k] == NULL)
+            return;
     for (int k = of->first; k + 1 < RUNS; k++)
         reference->difference[k] = study_errors(of->trace[k], of->trace[k + 1]).patch;
     study_richardson(reference, of->expected);

@@ -67,6 +67,11 @@ if [ -z "$mpirun" ]; then
     done
     for job in $jobs; do wait $job || { cat job*.txt; exit 1; }; done
     expect_same shared
+    # Another completes the study while this one has only some of the runs of a reference.
+    "$program" "$@" --out late >late.txt 2>&1 & late=$!
+    wait_for late/parts/reference-003.part
+    touch late/parts/complete
+    wait $late || { cat late.txt; echo "a process dies when others complete its study"; exit 1; }
     exit
 fi
 
