@@ -9,7 +9,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { VALUE_TEXT = 96, SENTENCE = 400, LONGEST_KEY = 64 };
+enum { VALUE_TEXT = 96, KEY_TEXT = 136, SENTENCE = 400, LONGEST_KEY = 64 };
 
 // A value of any type.
 typedef union OptionValue {
@@ -145,12 +145,26 @@ bool option_fail(const OptionSource *source, const config_setting_t *at, const c
     return status_fail(source->status, STATUS_INVALID, "%s:%d: %s", file, line, text);
 }
 
+// Names a key for an error, with the group in which it is: "material.density".
+static const char *key_text(char text[KEY_TEXT], const Option *option,
+                            const config_setting_t *setting)
+{
+    // An entry of an array has no name.
+    if (config_setting_name(setting) == NULL)
+        setting = config_setting_parent(setting);
+    const config_setting_t *group = setting != NULL ? config_setting_parent(setting) : NULL;
+    const char *name = group != NULL ? config_setting_name(group) : NULL;
+    snprintf(text, KEY_TEXT, "%.64s%s%s", name != NULL ? name : "", name != NULL ? "." : "",
+             option->key);
+    return text;
+}
+
 static bool fail_type(const Option *option, const config_setting_t *setting,
                       const OptionSource *source, const char *wanted)
 {
-    char text[VALUE_TEXT];
-    return option_fail(source, setting, "%s %s must be %s", option->key, value_text(text, setting),
-                       wanted);
+    char text[VALUE_TEXT], key[KEY_TEXT];
+    return option_fail(source, setting, "%s %s must be %s", key_text(key, option, setting),
+                       value_text(text, setting), wanted);
 }
 
 // `noun` is "" or the property that is checked: " length".
@@ -160,8 +174,9 @@ static bool check_range(const Option *option, const config_setting_t *setting,
     if (is_inside(option, value))
         return true;
     char text[OPTION_NUMBER_TEXT], low[OPTION_NUMBER_TEXT], high[OPTION_NUMBER_TEXT];
-    return option_fail(source, setting, "%s%s %s outside %c%s, %s]", option->key, noun,
-                       option_number_text(text, value), option->open ? '(' : '[',
+    char key[KEY_TEXT];
+    return option_fail(source, setting, "%s%s %s outside %c%s, %s]", key_text(key, option, setting),
+                       noun, option_number_text(text, value), option->open ? '(' : '[',
                        option_number_text(low, option->low),
                        option_number_text(high, option->high));
 }
@@ -235,13 +250,15 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
 {
     if (!is_list(setting))
         return fail_type(option, setting, source, "three numbers [x, y, z]");
+    char key[KEY_TEXT];
     double component[3] = {0.0};
     int count = config_setting_length(setting);
     // Three numbers, neither more nor fewer.
     if (count != 3)
-        return option_fail(
-            source, setting, "%s has %d entries and must be three numbers [x, y, z]%s", option->key,
-            count, count > 3 && count <= 6 ? ", with points in decimals, not commas" : "");
+        return option_fail(source, setting,
+                           "%s has %d entries and must be three numbers [x, y, z]%s",
+                           key_text(key, option, setting), count,
+                           count > 3 && count <= 6 ? ", with points in decimals, not commas" : "");
     for (unsigned i = 0; i < 3; i++) {
         const config_setting_t *entry = config_setting_get_elem(setting, i);
         if (!is_number(entry))
@@ -256,7 +273,7 @@ bool option_read_vector(const config_setting_t *setting, const Option *option,
 static bool read_word(const config_setting_t *setting, const Option *option,
                       const OptionSource *source, int *value)
 {
-    char text[VALUE_TEXT], allowed[SENTENCE / 2] = "";
+    char text[VALUE_TEXT], key[KEY_TEXT], allowed[SENTENCE / 2] = "";
     const char *string = "";
     if (config_setting_type(setting) == CONFIG_TYPE_STRING)
         string = config_setting_get_string(setting);
@@ -272,7 +289,7 @@ static bool read_word(const config_setting_t *setting, const Option *option,
             length += (size_t)snprintf(allowed + length, sizeof allowed - length, "%s\"%s\"",
                                        length > 0 ? ", " : "", word->word);
     }
-    return option_fail(source, setting, "%s %s must be %s%s", option->key,
+    return option_fail(source, setting, "%s %s must be %s%s", key_text(key, option, setting),
                        value_text(text, setting), strchr(allowed, ',') != NULL ? "one of " : "",
                        allowed);
 }
@@ -280,7 +297,7 @@ static bool read_word(const config_setting_t *setting, const Option *option,
 static bool read_string(const config_setting_t *setting, const Option *option,
                         const OptionSource *source, const char **value)
 {
-    char text[VALUE_TEXT];
+    char text[VALUE_TEXT], key[KEY_TEXT];
     if (config_setting_type(setting) != CONFIG_TYPE_STRING)
         return fail_type(option, setting, source, "a string in quotes");
     // Its length, then its characters: names go into channels, files and commands.
@@ -289,8 +306,8 @@ static bool read_string(const config_setting_t *setting, const Option *option,
     bool name = option->type == OPTION_NAME;
     if ((double)length > option->high || (double)length < option->low)
         return option_fail(source, setting, "%s %s has %zu characters, outside [%.0f, %.0f]",
-                           option->key, quoted_text(text, string), length, option->low,
-                           option->high);
+                           key_text(key, option, setting), quoted_text(text, string), length,
+                           option->low, option->high);
     if (name && length > 0 && !argument_is_name(string, length))
         return fail_type(option, setting, source, "made of letters, digits, _ and -");
     for (size_t i = 0; i < length; i++)
@@ -483,11 +500,14 @@ static const char *list_elsewhere(const OptionTable *table, const char *key,
     for (int i = 0; i < source->table_count; i++) {
         const OptionTable *other = source->table(i);
         const char *path = other->path[0] != '\0' ? other->path : "the scene";
-        bool has = strcmp(other->path, table->path) != 0 && strstr(text, path) == NULL;
+        // Two groups of one path are those of the two models.
+        const bool twin = other != table && strcmp(other->path, table->path) == 0;
+        const bool has = twin || (other != table && strstr(text, path) == NULL);
         for (int k = 0; has && k < other->count; k++)
             if (strcmp(other->option[k].key, key) == 0 && used < SENTENCE / 3)
-                used += (size_t)snprintf(text + used, SENTENCE - used, "%s%s",
-                                         used > 0 ? " and " : "", path);
+                used += (size_t)snprintf(text + used, SENTENCE - used, "%s%s%s",
+                                         used > 0 ? " and " : "", path,
+                                         twin ? " of the other model" : "");
     }
     return text;
 }

@@ -233,7 +233,7 @@ TEST(another_scene_can_be_named)
 TEST(bad_rules_are_refused_with_their_line)
 {
     static const char *const BAD[][2] = {
-        {"name = \"a\";\nscore = { force_limit = -1.0; };", ":2: force_limit -1"},
+        {"name = \"a\";\nscore = { force_limit = -1.0; };", ":2: score.force_limit -1"},
         {"score = 5;", "score must be a group"},
         {"score = { regions = ( { sphere = [0, 0, 0]; } ); };", "radius is missing"},
         {"score = { regions = ( { nodes = [1]; } ); };", "nodes"},

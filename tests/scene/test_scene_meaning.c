@@ -318,7 +318,7 @@ static const WrongScene WRONG[] = {
      "2: tear.stress means nothing for a surface body, only stretch"},
     {IN_BODY("cuttable = true; tear = { force = 2; };"),
      "2: tear.force means nothing for a surface body, only stretch"},
-    {IN_BODY("cuttable = true; tear = { stretch = 0; };"), "2: stretch 0 outside (0, 100]"},
+    {IN_BODY("cuttable = true; tear = { stretch = 0; };"), "2: tear.stretch 0 outside (0, 100]"},
     {IN_BODY("split_budget = 16;"), "2: split_budget means nothing for a surface body"},
     // surface body needs a mesh and no key of a voxel body
     {"bodies = (\n{ name = \"a\"; } );", "2: bodies.mesh is missing (Source of its triangles.)"},
@@ -339,7 +339,7 @@ static const WrongScene WRONG[] = {
      "3: start_level 0 is below adapt.coarsest 1"},
     {IN_BODY("adapt = {};"),
      "2: adapt needs levels, the finest level of detail: set it to 1 or more"},
-    {IN_BODY("levels = 1; adapt = { force = 0; };"), "2: force 0 outside (0, 1e+09]"},
+    {IN_BODY("levels = 1; adapt = { force = 0; };"), "2: adapt.force 0 outside (0, 1e+09]"},
     {"rate_hz = 50;\n" IN_BODY("levels = 1; adapt = { check_hz = 60; };"),
      "3: check_hz 60 exceeds rate_hz 50"},
     {IN_BODY("levels = 1; adjust = \"choi\";"),

@@ -362,12 +362,12 @@ TEST(labels_are_chosen_by_their_names)
 // By the claims of which they are the other side.
 static const WrongScene WRONG[] = {
     // volumes have labels and their own spacing
-    {VOXELS("file = \"a.nrrd\"; label = 0;"), "2: label 0 outside [1, 1e+09]"},
-    {VOXELS("file = \"a.nrrd\"; label = [2, 0];"), "2: label 0 outside [1, 1e+09]"},
+    {VOXELS("file = \"a.nrrd\"; label = 0;"), "2: voxels.label 0 outside [1, 1e+09]"},
+    {VOXELS("file = \"a.nrrd\"; label = [2, 0];"), "2: voxels.label 0 outside [1, 1e+09]"},
     {VOXELS("file = \"a.nrrd\"; label = [2, 3, 2];"), "2: label 2 is chosen twice"},
     {VOXELS("file = \"a.nrrd\"; label = [];"), "2: label is empty"},
     {VOXELS("file = \"a.nrrd\"; label = true;"),
-     "2: label true must be a whole number, a name or a list of them"},
+     "2: voxels.label true must be a whole number, a name or a list of them"},
     // meshes are filled with cells of a size
     {VOXELS("mesh = \"liver.stl\";"), "2: bodies.voxels.size is missing (Edge length of a cell; "
                                       "for generators before `scale`, otherwise in the world.)"},
@@ -382,10 +382,10 @@ static const WrongScene WRONG[] = {
      "2: count has 2 entries and must be one or three numbers, two only with dimensions 2"},
     {VOXELS("generator = \"box\"; count = [8, 8, 8, 8];"),
      "2: count has 4 entries and must be one or three numbers, two only with dimensions 2"},
-    {VOXELS("generator = \"box\"; count = [8, 8, 0];"), "2: count 0 outside [1, 4096]"},
+    {VOXELS("generator = \"box\"; count = [8, 8, 0];"), "2: voxels.count 0 outside [1, 4096]"},
     {VOXELS("generator = \"cube\";"),
-     "2: generator \"cube\" must be one of \"box\", \"ball\", \"disc\""},
-    {VOXELS("generator = \"box\"; size = 0;"), "2: size 0 outside (0, 1000]"},
+     "2: voxels.generator \"cube\" must be one of \"box\", \"ball\", \"disc\""},
+    {VOXELS("generator = \"box\"; size = 0;"), "2: voxels.size 0 outside (0, 1000]"},
     {VOXELS(""), "2: voxels needs a file, mesh or generator"},
     {VOXELS("file = \"a.nrrd\"; generator = \"box\";"),
      "2: voxels needs only one of file, mesh or generator"},
@@ -413,7 +413,7 @@ static const WrongScene WRONG[] = {
      "2: place takes a plane body out of z = 0: it can move along x and y, and turn about z"},
     {START "voxels = { generator = \"disc\"; };\nskin = { mesh = \"a.stl\"; }; } );",
      "2: skin means nothing for a plane body"},
-    {VOXELS("generator = \"disc\"; dimensions = 4;"), "2: dimensions 4 outside [2, 3]"},
+    {VOXELS("generator = \"disc\"; dimensions = 4;"), "2: voxels.dimensions 4 outside [2, 3]"},
     // materials must be of labels that are chosen
     {IN_BODY("materials = (\n{ label = 4; } );"), "3: label 4 is not among those of voxels"},
     {IN_BODY("materials = ( { label = 3; },\n{ label = 3; } );"),
@@ -426,10 +426,12 @@ static const WrongScene WRONG[] = {
     {START "voxels = { generator = \"box\"; };\nmaterials = ( { label = 2; } ); } );",
      "2: label 2 is not among those of voxels"},
     // numbers of materials have their ranges
-    {IN_BODY("material = { youngs_modulus = 0; };"), "2: youngs_modulus 0 outside (0, 1e+12]"},
-    {IN_BODY("material = { poisson_ratio = 0.5; };"), "2: poisson_ratio 0.5 outside [0, 0.49]"},
-    {IN_BODY("material = { density = 0; };"), "2: density 0 outside (0, 1e+06]"},
-    {IN_BODY("material = { damping = -0.1; };"), "2: damping -0.1 outside [0, 10]"},
+    {IN_BODY("material = { youngs_modulus = 0; };"),
+     "2: material.youngs_modulus 0 outside (0, 1e+12]"},
+    {IN_BODY("material = { poisson_ratio = 0.5; };"),
+     "2: material.poisson_ratio 0.5 outside [0, 0.49]"},
+    {IN_BODY("material = { density = 0; };"), "2: material.density 0 outside (0, 1e+06]"},
+    {IN_BODY("material = { damping = -0.1; };"), "2: material.damping -0.1 outside [0, 10]"},
     {IN_BODY("material = { youngs_modulus_2d = 80; };"),
      "2: unknown key youngs_modulus_2d in bodies.material: did you mean youngs_modulus (Pa: "
      "Young's modulus)?"},
@@ -449,10 +451,11 @@ static const WrongScene WRONG[] = {
     // bad damping is refused
     {IN_BODY("material = { damping = 0.2;\n damping_time = 1e-3; };"),
      "3: damping_time cannot be mixed with damping"},
-    {IN_BODY("material = { damping_time = -1e-3; };"), "2: damping_time -0.001 outside [0, 10]"},
-    {IN_BODY("material = { damping_time = 11; };"), "2: damping_time 11 outside [0, 10]"},
-    {IN_BODY("material = { drag = -1; };"), "2: drag -1 outside [0, 10000]"},
-    {IN_BODY("material = { drag = \"4\"; };"), "2: drag \"4\" must be a number"},
+    {IN_BODY("material = { damping_time = -1e-3; };"),
+     "2: material.damping_time -0.001 outside [0, 10]"},
+    {IN_BODY("material = { damping_time = 11; };"), "2: material.damping_time 11 outside [0, 10]"},
+    {IN_BODY("material = { drag = -1; };"), "2: material.drag -1 outside [0, 10000]"},
+    {IN_BODY("material = { drag = \"4\"; };"), "2: material.drag \"4\" must be a number"},
     {VOXELS("generator = \"disc\"; }; material = { damping_time = 1e-3;"),
      "2: damping_time means nothing for a plane body"},
     // what a voxel body cannot do is refused
@@ -460,8 +463,8 @@ static const WrongScene WRONG[] = {
      "2: bodies.voxels is missing (Source of its cells.)"},
     {IN_BODY("levels = 6;"), "2: levels 6 outside [0, 5] of a voxel body"},
     {IN_BODY("levels = \"fine\";"), "2: levels \"fine\" must be a whole number or a group"},
-    {IN_BODY("levels = {\ninside = 6; };"), "3: inside 6 outside [0, 5]"},
-    {IN_BODY("levels = {\nsurface = -1; };"), "3: surface -1 outside [0, 5]"},
+    {IN_BODY("levels = {\ninside = 6; };"), "3: levels.inside 6 outside [0, 5]"},
+    {IN_BODY("levels = {\nsurface = -1; };"), "3: levels.surface -1 outside [0, 5]"},
     {IN_BODY("levels = {\nsurfaces = 1; };"),
      "3: unknown key surfaces in bodies.levels: did you mean surface?"},
     {IN_BODY("levels = { inside = 1;\nsurface = 2; };"),
