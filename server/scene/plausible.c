@@ -260,6 +260,23 @@ static void say_burst(const Subject *s, double value, char *text, size_t size)
              s->body->surface.cavity.pressure, value);
 }
 
+// Returns the elements of a solid that adapts over those with all of its surface fine.
+static double unmerged(const Subject *s)
+{
+    return s->made->fine_elements > 0
+               ? (double)s->made->element_count / (double)s->made->fine_elements
+               : (double)NAN;
+}
+
+static void say_unmerged(const Subject *s, double value, char *text, size_t size)
+{
+    (void)value;
+    snprintf(text, size,
+             "hardly gains by levels.surface: it has %d elements untouched, %d with all of its "
+             "surface fine",
+             s->made->element_count, s->made->fine_elements);
+}
+
 #define HOLD "fixed = (...), attachments, or shape springs to the world would support it"
 
 static const Row BODY_ROWS[] = {
@@ -295,6 +312,11 @@ static const Row BODY_ROWS[] = {
     {wall_damping, 1e-10, HUGE_VAL, say_damping, "integrator = \"rk4\" prevents it too", NULL,
      false},
     {solid_damping, 1e-10, HUGE_VAL, say_damping, "that is its default", NULL, false},
+    // Adapting costs a tenth.
+    {unmerged, 0.0, 0.9, say_unmerged, NULL,
+     "larger ones need four of them across the solid, of one label, away from the borders of fixed "
+     "regions",
+     false},
     // A body in free fall is out of reach within a second.
     {free_fall, 0.0, 0.0, say_free_fall, NULL, HOLD, false},
     {pushed_away, 0.0, 0.0, say_pushed_away, NULL, HOLD, true},

@@ -60,6 +60,11 @@ TEST(implausible_numbers_are_warned_of_once_with_line_and_cause)
         {"count = [8, 8, 8]; size = 0.01", "count = [8, 8, 8]; size = 1e-5",
          "scene.cfg:2: body \"solid\" measures 0.08 mm"},
         {"size = 0.01", "size = 0.1", "scene.cfg:2: body \"solid\" weighs 538 kg"},
+        {"count = [8, 8, 8]; size = 0.01; };",
+         "count = [8, 1, 8]; size = 0.01; }; levels = { surface = 2; };",
+         "scene.cfg:2: body \"solid\" hardly gains by levels.surface: it has 64 elements "
+         "untouched, "
+         "64 with all of its surface fine"},
         {"density = 1050.0", "density = 1.05",
          "scene.cfg:2: body \"solid\" has a density of 1.05 kg/m3: is it in g/cm3?"},
         {"youngs_modulus = 5000.0", "youngs_modulus = 5.0",
