@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double THIN_SHARE = 0.01; // of the cells, from which on it is said
+
 // Returns the number of nodes of a body.
 static int node_count(const Body *body)
 {
@@ -48,11 +50,11 @@ static void print_levels(const Body *body, const SceneBody *described, FILE *out
         fprintf(out, "  level %d of %d, %s, adjust %s\n", body->finest_level, surface->body.levels,
                 surface->adaptive        ? "adaptive"
                 : surface->body.cuttable ? "refined by cuts alone"
-                                         : "for good",
+                                         : "constant",
                 adjust);
     // Memory bounds what a body can grow to.
     if (surface->adaptive || surface->body.cuttable)
-        fprintf(out, "  room for %d nodes, %d faces\n", body->mesh.node_capacity,
+        fprintf(out, "  memory for %d nodes, %d faces\n", body->mesh.node_capacity,
                 body->mesh.triangle_capacity);
 }
 
@@ -178,16 +180,18 @@ static void print_adapting(const Body *body, const VoxelOptions *voxel, const Wo
         "all of it fine (%.2g ms)\n",
         voxel->surface_level, body->element_count, 1e3 * cost_tick(body, body->substeps),
         fine.element_count, 1e3 * cost_tick(&fine, body->substeps));
-    fprintf(out, "  adapts: nodes for what tools need fine and cuts add %d (capacity.nodes %d)\n",
-            body->spare_nodes, body->state_capacity);
+    fprintf(out,
+            "  adapts: memory for %d vertices, inside too, of which tools and cuts may use %d "
+            "(capacity.nodes)\n",
+            body->state_capacity, body->spare_nodes);
+    // A few cells at an edge are not worth a line.
     for (int level = 0; level < voxel->surface_level; level++)
-        if (cells->coarsest[level] > 0)
-            fprintf(
-                out,
-                "  thin: at most level %d in %.3g %% of the cells, where %d elements of the next "
-                "do not fit across\n",
-                level, 100.0 * (double)cells->coarsest[level] / (double)cells->solid,
-                THICKNESS_ELEMENTS);
+        if (cells->coarsest[level] >= THIN_SHARE * (double)cells->solid)
+            fprintf(out,
+                    "  thin: %.3g %% of the cells are in elements of level %d at most, since %d "
+                    "larger ones do not fit across the solid there\n",
+                    100.0 * (double)cells->coarsest[level] / (double)cells->solid, level,
+                    THICKNESS_ELEMENTS);
 }
 
 // Prints what cuts may make of a wall, by estimate: faces of the finest level along them, in the
@@ -403,9 +407,14 @@ void explain_summary(World *world, const Scene *scene, FILE *out)
         print_touch(world, scene, i, out);
     // What is sent, and to whom it listens.
     const ScenePublish *publish = &scene->publish;
-    fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz%s%s\n",
+    fprintf(out, "publish on %s_...: nodes %g Hz, mesh %g Hz, contact %g Hz, status %g Hz",
             scene->prefix, publish->nodes_hz, publish->mesh_hz, publish->contact_hz,
-            publish->status_hz, publish->velocity ? ", velocities" : "",
+            publish->status_hz);
+    if (publish->error_hz > 0.0)
+        fprintf(out, ", error%s %g Hz", publish->error_map ? " with maps" : "", publish->error_hz);
+    if (publish->elements_hz > 0.0)
+        fprintf(out, ", elements %g Hz", publish->elements_hz);
+    fprintf(out, "%s%s\n", publish->velocity ? ", velocities" : "",
             publish->rest ? ", rest positions" : "");
     fprintf(out, "listen on %s_...: %s, tool timeout %g s%s\n", scene->input_prefix,
             scene->remote ? "all hosts" : "this host only", scene->sim.tool_timeout_s,

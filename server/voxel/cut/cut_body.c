@@ -442,11 +442,11 @@ void cut_body_visit(void *self, Vec3 place)
 
 void cut_body_explain(const VoxelCuts *cuts, FILE *out)
 {
-    fprintf(out, "    cuttable: room for %d vertices, %d triangles; %d divisions a tick\n",
+    fprintf(out, "    cuttable: memory for %d vertices, %d triangles; %d divisions a tick\n",
             cuts->lattice.vertex_capacity, 2 * cuts->faces.square_capacity,
             cuts->lattice.split_budget);
     if (cuts->lattice.leaf_row != NULL)
-        fprintf(out, "    adapts: room for %d of %d cells and %d of %d larger elements\n",
+        fprintf(out, "    adapts: memory for %d of %d cells and %d of %d larger elements\n",
                 cuts->lattice.most_cells, cuts->lattice.level_first[1], cuts->lattice.most_larger,
                 cuts->lattice.element_count - cuts->lattice.level_first[1]);
     if (cuts->heat != NULL)
