@@ -56,7 +56,7 @@ static const Option VOXEL_ADAPT_OPTIONS[] = {
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
               "to which the body steers how far around tools its elements are fine: 0.68 to 2.6 "
               "times the usual distance, slowly, until the error that the body estimates of "
-              "itself is between a half of this and this."},
+              "itself is between a half of this and this. 0: a fixed distance."},
 };
 #undef AT
 const OptionTable VOXEL_ADAPT_TABLE =

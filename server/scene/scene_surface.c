@@ -399,7 +399,7 @@ static const Option ADAPT_OPTIONS[] = {
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
               "to which the body steers its detail: the thresholds above are multiplied by "
               "0.001 to 14, slowly, until the error that the body estimates of "
-              "itself is between a half of this and this."},
+              "itself is between a half of this and this. 0: as they are."},
 };
 #undef AT
 const OptionTable ADAPT_TABLE =
