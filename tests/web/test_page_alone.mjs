@@ -661,12 +661,12 @@ test('elements_are_drawn_where_they_are_told', options, async () => {
     assert(change(large, before) > SEEN);
     assert.equal(await drawn(), 0, 'one element has no borders');
     const legend = () => page.locator('#elements-legend span').allTextContents();
-    assert.deepEqual(await legend(), ['0', '0', '1']);
+    assert.deepEqual(await legend(), ['1 cell: 0', '2 cells: 0', '4 cells: 1']);
     session.binary(fine);
     await session.round();
     const divided = await picture(page);
     assert(change(divided, large) > SEEN);
-    assert.deepEqual(await legend(), ['300', '0', '1']);
+    assert.deepEqual(await legend(), ['1 cell: 300', '2 cells: 0', '4 cells: 1']);
     // A border is drawn once, between squares of different elements, and no square's diagonal is.
     const sides = new Map();
     for (let i = 0; i < ball.triangle.length; i++) {

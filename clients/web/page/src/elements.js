@@ -85,8 +85,8 @@ export function showElements(bodies) {
     while (count.length > 1 && count.at(-1) === 0) count.pop();
     element('elements-legend').replaceChildren(...count.map((value, level) => {
         const field = document.createElement('span');
-        field.textContent = value.toLocaleString('en');
-        field.title = level ? `elements ${1 << level} cells wide` : 'elements of one cell';
+        field.textContent = `${1 << level} ${level ? 'cells' : 'cell'}: ${value.toLocaleString('en')}`;
+        field.title = 'so many elements are as wide as that, inside too';
         field.style.background = `#${ELEMENTS[Math.min(level, ELEMENTS.length - 1)].toString(16).padStart(6, '0')}`;
         return field;
     }));

@@ -66,7 +66,7 @@ export class ErrorMap {
 
     take(message) { this.message = message; }
 
-    /** Writes the share of each node slot, 0 to 255. */
+    /** Writes the root of the share of each node slot, 0 to 255: most of a body has a small part of its largest error. */
     fill(mesh, out) {
         const own = this.message.topology === mesh.topology && this.message.n === mesh.n;
         for (let i = 0; i < mesh.n; i++) {
@@ -74,7 +74,7 @@ export class ErrorMap {
             if (id < 0) continue;
             const share = own ? this.message.share[i] : this.known.get(id) ?? this.guess(mesh, i);
             this.known.set(id, share);
-            out[i] = share;
+            out[i] = Math.sqrt(255 * share);
         }
     }
 
