@@ -121,13 +121,13 @@ void governor_describe(const Governor *governor, GovernorAct act, char *text, si
     double limit = 1e-6 * (double)(act == GOVERNOR_RAISES ? governor->spare_ns : governor->busy_ns);
     const char *relation = act == GOVERNOR_RAISES ? "within" : "over";
     char what[64];
-    // Levels are lowered after thresholds, so a limited level is the newest change.
+    // By the keys of SET. Levels are lowered last, so a limited level is the newest change.
     if (act == GOVERNOR_SPENT)
         snprintf(what, sizeof what, "nothing is left to lower");
     else if (setting.level < LEVELS_MAX)
-        snprintf(what, sizeof what, "finest level %d", setting.level);
+        snprintf(what, sizeof what, "adapt_level %d", setting.level);
     else
-        snprintf(what, sizeof what, "thresholds times %g", setting.scale);
+        snprintf(what, sizeof what, "adapt_scale %g", setting.scale);
     snprintf(text, size, "p95 of %d ticks %s %.3g ms: %s", governor->counted, relation, limit,
              what);
 }

@@ -199,15 +199,15 @@ TEST(says_what_it_did_and_why)
     char text[192];
     run_window(&governor, SLOW, 0, 1);
     governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
-    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: thresholds times 2");
+    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: adapt_scale 2");
     for (int k = 0; k < 3; k++)
         run_window(&governor, SLOW, 0, 1);
     governor_describe(&governor, GOVERNOR_LOWERS, text, sizeof text);
-    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: finest level 0");
+    assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: adapt_level 0");
     governor_describe(&governor, GOVERNOR_SPENT, text, sizeof text);
     assert_string_equal(text, "p95 of 125 ticks over 0.9 ms: nothing is left to lower");
     for (int k = 0; k < 8; k++)
         run_window(&governor, FAST, 0, 0);
     governor_describe(&governor, GOVERNOR_RAISES, text, sizeof text);
-    assert_string_equal(text, "p95 of 250 ticks within 0.5 ms: thresholds times 8");
+    assert_string_equal(text, "p95 of 250 ticks within 0.5 ms: adapt_scale 8");
 }
