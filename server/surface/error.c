@@ -219,6 +219,7 @@ static void copy_state(const SurfaceModel *model, const ErrorQuestion *question,
         count += (int)rows;
     }
     *budget -= count / 4;
+    error->stiffness = model->parameters->stiffness_scale;
     // The tools in the coordinates of the rows.
     error->tool_count = 0;
     error->sums[0] = error->sums[1] = error->sums[2] = 0.0;
@@ -392,10 +393,6 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
 {
     SurfaceModel *model = self;
     SurfaceError *error = model->error;
-    if (error->driven && error->topology != topology_of(model)) {
-        go_to(error, ERROR_GATHER);
-        error->iteration = 0;
-    }
     while (budget > 0) {
         if (error->stage == ERROR_GATHER) {
             gather(model, &budget);

@@ -49,9 +49,10 @@ typedef struct ErrorNode {
     int model;     // node of the body; -1: a new midpoint
     int parent[2]; // of a midpoint, also of one that hangs; -1: none
     int wing[2];   // the nodes opposite the edge; -1: none
-    bool hangs;    // in the wall itself
-    bool tied;     // hangs in the finer wall: stays between its parents
-    bool fixed;
+    // 0 or 1, the last one always 0: without it some bytes of the state would be undefined.
+    unsigned char hangs; // in the wall itself
+    unsigned char tied;  // hangs in the finer wall: stays between its parents
+    unsigned char fixed, none;
     double area;    // of the wall itself, 0 for a new midpoint [m2]
     double carried; // the same, with that of what hangs between others [m2]
     double finer;   // of the finer wall [m2]
@@ -104,13 +105,13 @@ typedef struct SurfaceError {
     double hold, inertia; // per area, against all motion: of shape springs and masses [N/m3]
     int node_capacity, leaf_capacity;
 
-    // --- what is compared; valid for one topology ---
+    // --- what is compared: the wall as it was when the round began ---
     int64_t topology; // -1: none
     int level, at;    // progress of gathering
     ErrorNet net[2];  // the wall itself, the finer one
     ErrorNode *node;  // [node_count]
     int node_count;
-    bool full;
+    int full;       // 1: it has more nodes
     int (*face)[6]; // [face_count] of a cavity: corners of the leaves, midpoints of their edges
     int face_count;
     double rest_volume[2]; // of a cavity, with the faces as they are and with finer ones [m3]
@@ -138,6 +139,7 @@ typedef struct SurfaceError {
     bool *presses;     // [node_count] has moved into a tool
     signed char *tool; // [node_count] that holds it, or -1
     Vec3 *swell;       // of a cavity: dV/dx of the finer wall [m2]
+    double stiffness;  // BodyTuning.stiffness_scale of the finer wall's tangents
     double volume[2], pressure, yield; // of a cavity [m3], [Pa], - dp/dV [Pa/m3]
     double grows;                      // dV/dx times the direction
     double product[2], curvature;      // of defect and direction, before and after a step
@@ -158,7 +160,7 @@ typedef struct SurfaceError {
     float largest[2]; // [m]
     int shown;        // which of them
 
-    bool driven; // it begins again when the topology changes; the round is part of the state
+    bool driven; // by its error: the round is part of the state
 } SurfaceError;
 
 // Load time, of a body with BodyOptions.estimate_error, once all else is created.
@@ -182,6 +184,8 @@ bool surface_error_check(const SurfaceModel *model);
 // --- error_mesh.c ---
 // Forgets what is compared.
 void surface_error_forget(SurfaceError *error);
+// Forgets the numbers of midpoints.
+void surface_error_forget_edges(SurfaceError *error);
 // Adds a leaf, with its midpoints, springs and hinges.
 void surface_error_add_leaf(const SurfaceModel *model, int level, int face);
 // Returns the angle of a hinge between these points [rad].
@@ -205,6 +209,8 @@ ErrorPart surface_error_prepare, surface_error_start, surface_error_product_link
 Vec3 surface_error_coarse_place(const SurfaceModel *model, int node);
 // Adds the forces of a hinge with a moment [N m].
 void surface_error_push(const ErrorHinge *hinge, double moment, const Vec3 slope[3], Vec3 *force);
+// Finds the tangents of the finer wall again, which follow from where its nodes are put.
+void surface_error_tangents(const SurfaceModel *model);
 // Returns what resists all motion of an area of the wall [N/m3].
 double surface_error_floor(const SurfaceError *error);
 

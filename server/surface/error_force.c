@@ -24,8 +24,10 @@ double surface_error_floor(const SurfaceError *error)
 
 Vec3 surface_error_coarse_place(const SurfaceModel *model, int node)
 {
-    return rows_local(&model->basis, model->error->rows,
-                      model->slot[model->error->node[node].model]);
+    const ErrorNode *at = &model->error->node[node];
+    const Vec3 u = rows_vector(&model->basis, model->error->rows, model->slot[at->model], 0);
+    // What hangs now has another rest position than it had.
+    return model->basis.displaced ? vec3_add(at->rest[COARSE], u) : u;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -85,7 +87,7 @@ static double pull_of(const SurfaceModel *model, const ErrorLink *link, double l
                       double *tangent)
 {
     const double x = length - link->length;
-    const double k = link->stiffness * model->parameters->stiffness_scale;
+    const double k = link->stiffness * model->error->stiffness;
     *tangent = k;
     if (model->springs.inverse == NULL || x <= 0.0)
         return k * x;
@@ -128,7 +130,7 @@ static double bend(const SurfaceModel *model, const ErrorHinge *hinge, const Vec
     slope[2] = vec3_scale(-length / square[1], right);
     slope[0] = vec3_scale(-1.0, vec3_add(vec3_scale(s, slope[1]), vec3_scale(t, slope[2])));
     const double angle = atan2(-vec3_dot(left, d) * length, vec3_dot(left, right));
-    return hinge->stiffness * model->parameters->stiffness_scale *
+    return hinge->stiffness * model->error->stiffness *
            remainder(angle - hinge->angle, 2.0 * acos(-1.0));
 }
 
@@ -198,9 +200,12 @@ void surface_error_coarse_pressure(const SurfaceModel *model, int first, int end
 static Vec3 virtual_place(const SurfaceModel *model, const ErrorNode *node, Vec3 rest)
 {
     const FramePose *pose = NULL;
-    if (model->shape == SHAPE_FRAME_BODY)
-        pose = model->detail != NULL && node->model >= 0 ? detail_frames_pose(model, node->model)
-                                                         : &model->basis.rigid->pose;
+    if (model->shape == SHAPE_FRAME_BODY) {
+        // The piece of a node that is gone since is not known.
+        const bool is_there = model->detail != NULL && node->model >= 0 &&
+                              model->detail->set.status[node->model] != NODE_OFF;
+        pose = is_there ? detail_frames_pose(model, node->model) : &model->basis.rigid->pose;
+    }
     if (pose == NULL)
         return rest;
     const Vec3 arm = {rest.x - pose->rest_center[0], rest.y - pose->rest_center[1],
@@ -356,19 +361,28 @@ void surface_error_swell(const SurfaceModel *model, int first, int end)
         error->defect[i] = vec3_madd(error->defect[i], pressure, error->swell[i]);
 }
 
+// Finds the tangents of a link; returns its force [N].
+static double pull_on(const SurfaceModel *model, int i)
+{
+    SurfaceError *error = model->error;
+    const ErrorLink *link = &error->net[FINER].link[i];
+    const Vec3 d = vec3_sub(error->x[link->node[0]], error->x[link->node[1]]);
+    const double length = fmax(vec3_length(d), 1e-12);
+    ErrorPull *pull = &error->pull[i];
+    const double force = pull_of(model, link, length, &pull->along_k);
+    pull->along = vec3_scale(1.0 / length, d);
+    // A spring that is pushed does not give way sideways: the stiffness stays positive.
+    pull->k = fmax(force, 0.0) / length;
+    return force;
+}
+
 void surface_error_links(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
     for (int i = first; i < end; i++) {
-        const ErrorLink *link = &error->net[FINER].link[i];
-        const int a = link->node[0], b = link->node[1];
-        const Vec3 d = vec3_sub(error->x[a], error->x[b]);
-        const double length = fmax(vec3_length(d), 1e-12);
-        ErrorPull *pull = &error->pull[i];
-        const double force = pull_of(model, link, length, &pull->along_k);
-        pull->along = vec3_scale(1.0 / length, d);
-        // A spring that is pushed does not give way sideways: the stiffness stays positive.
-        pull->k = fmax(force, 0.0) / length;
+        const ErrorPull *pull = &error->pull[i];
+        const int *node = error->net[FINER].link[i].node, a = node[0], b = node[1];
+        const double force = pull_on(model, i);
         error->defect[a] = vec3_madd(error->defect[a], -force, pull->along);
         error->defect[b] = vec3_madd(error->defect[b], force, pull->along);
         Sym3 block = sym3_outer(pull->along_k - pull->k, pull->along);
@@ -378,17 +392,27 @@ void surface_error_links(const SurfaceModel *model, int first, int end)
     }
 }
 
+// Finds the tangents of a hinge; returns its moment [N m].
+static double turn_of(const SurfaceModel *model, int i)
+{
+    SurfaceError *error = model->error;
+    const ErrorHinge *hinge = &error->net[FINER].hinge[i];
+    Vec3 x[4];
+    for (int j = 0; j < 4; j++)
+        x[j] = error->x[hinge->node[j]];
+    return bend(model, hinge, x, error->turn[i].slope);
+}
+
 // The stiffness of a hinge leaves out how its slope turns.
 void surface_error_hinges(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
     for (int i = first; i < end; i++) {
         const ErrorHinge *hinge = &error->net[FINER].hinge[i];
-        const double k = hinge->stiffness * model->parameters->stiffness_scale;
-        Vec3 x[4], sum = {0.0, 0.0, 0.0}, *slope = error->turn[i].slope;
-        for (int j = 0; j < 4; j++)
-            x[j] = error->x[hinge->node[j]];
-        surface_error_push(hinge, bend(model, hinge, x, slope), slope, error->defect);
+        const double k = hinge->stiffness * error->stiffness;
+        Vec3 sum = {0.0, 0.0, 0.0};
+        const Vec3 *slope = error->turn[i].slope;
+        surface_error_push(hinge, turn_of(model, i), slope, error->defect);
         for (int j = 0; j < 3; j++) {
             Sym3 *to = &error->diagonal[hinge->node[j + 1]];
             *to = sym3_madd(*to, 1.0, sym3_outer(k, slope[j]));
@@ -397,6 +421,14 @@ void surface_error_hinges(const SurfaceModel *model, int first, int end)
         Sym3 *to = &error->diagonal[hinge->node[0]];
         *to = sym3_madd(*to, 1.0, sym3_outer(k, sum));
     }
+}
+
+void surface_error_tangents(const SurfaceModel *model)
+{
+    for (int i = 0; i < model->error->net[FINER].link_count; i++)
+        pull_on(model, i);
+    for (int i = 0; i < model->error->net[FINER].hinge_count; i++)
+        turn_of(model, i);
 }
 
 // Tied nodes hand their forces to their parents, which are not tied.

@@ -54,7 +54,7 @@ static double face_stiffness(const SurfaceError *error, int which, double area, 
 static int add_node(SurfaceError *error, const ErrorNode *node)
 {
     if (error->node_count == error->node_capacity) {
-        error->full = true;
+        error->full = 1;
         return 0;
     }
     error->node[error->node_count] = *node;
@@ -236,20 +236,25 @@ static void add_fold(const SurfaceModel *model, int level, int across, int k, co
               find_middle(model, level, across, (q + 2) % 3));
 }
 
+void surface_error_forget_edges(SurfaceError *error)
+{
+    memset(error->of_edge, -1, (size_t)error->edge_base[error->levels->finest + 1] * sizeof(int));
+    memset(error->of_lip, -1,
+           (size_t)error->levels->level[error->levels->finest].edge_count * sizeof(int));
+}
+
 void surface_error_forget(SurfaceError *error)
 {
     for (int i = 0; i < error->node_count; i++)
         if (error->node[i].model >= 0)
             error->of_node[error->node[i].model] = -1;
-    memset(error->of_edge, -1, (size_t)error->edge_base[error->levels->finest + 1] * sizeof(int));
-    memset(error->of_lip, -1,
-           (size_t)error->levels->level[error->levels->finest].edge_count * sizeof(int));
+    surface_error_forget_edges(error);
     error->node_count = error->level = error->at = error->face_count = error->tied_count = 0;
     error->order = 0.0;
     error->rest_volume[COARSE] = error->rest_volume[FINER] = 0.0;
     for (int k = 0; k < 2; k++)
         error->net[k].link_count = error->net[k].hinge_count = 0;
-    error->full = false;
+    error->full = 0;
 }
 
 void surface_error_add_leaf(const SurfaceModel *model, int level, int face)

@@ -63,7 +63,7 @@ void surface_error_product_links(const SurfaceModel *model, int first, int end)
 void surface_error_product_hinges(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
-    const double scale = model->parameters->stiffness_scale;
+    const double scale = error->stiffness;
     for (int i = first; i < end; i++) {
         const ErrorHinge *hinge = &error->net[FINER].hinge[i];
         const Vec3 *slope = error->turn[i].slope, origin = error->way[hinge->node[0]];
