@@ -131,6 +131,7 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     error->rows = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count * ROW,
                                  model_real_size(model), "%s/rows copied", name);
     error->kept = ALLOCATE(ARENA_STEP, model->node_count, Vec3, "errors kept");
+    error->was = ALLOCATE(ARENA_STEP, model->node_count, Vec3, "displacements kept");
     for (int k = 0; k < 2; k++)
         error->size[k] = ALLOCATE(ARENA_OUTPUT, model->node_count, float, "errors shown");
     // What resists all motion, by area.
@@ -222,7 +223,7 @@ static void copy_state(const SurfaceModel *model, const ErrorQuestion *question,
     error->stiffness = model->parameters->stiffness_scale;
     // The tools in the coordinates of the rows.
     error->tool_count = 0;
-    error->sums[0] = error->sums[1] = error->sums[2] = 0.0;
+    memset(error->sums, 0, sizeof error->sums);
     error->largest[1 - error->shown] = 0.0F;
     for (int t = 0; question != NULL && t < question->tool_count && t < ERROR_TOOLS; t++) {
         const Vec3 force = question->force[t];
@@ -265,6 +266,9 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         error->sums[0] += node->area;
         error->sums[1] += node->area * vec3_dot(error->moved[i], error->moved[i]);
         error->sums[2] += node->area * vec3_dot(u, u);
+        const Vec3 since = vec3_sub(u, error->was[node->model]);
+        error->sums[3] += node->area * vec3_dot(since, since);
+        error->was[node->model] = u;
         error->kept[node->model] = error->moved[i];
         const float size = (float)vec3_length(error->moved[i]);
         float *largest = &error->largest[1 - error->shown];
@@ -283,12 +287,18 @@ static double yet_to_come(const SurfaceError *error, double size, double growth)
     return 1.0 + fmin(MOST_TO_COME, growth * share / (1.0 - share) / size);
 }
 
-// Concludes a round.
-static void answer(const SurfaceModel *model, BodyError *out)
+// Concludes a round; false if too little of the error is known.
+static bool answer(const SurfaceModel *model, BodyError *out)
 {
     SurfaceError *error = model->error;
     const double *sum = error->sums, size = sqrt(sum[1] / sum[0]);
-    const double growth = size - error->size_of_last, more = yet_to_come(error, size, growth);
+    const double grown = size - error->size_of_last;
+    // What has moved since the last round has changed its error, in proportion at most: that is no
+    // part of the growth that goes on.
+    const double growth = grown - (sum[2] > 0.0 ? sqrt(sum[3] / sum[2]) * size : 0.0);
+    const double more = yet_to_come(error, size, growth);
+    // The first rounds of large walls find a small part of it.
+    const bool is_known = error->rounds + 1 >= ERROR_FIRST || grown <= SETTLED * size;
     error->shown = 1 - error->shown;
     error->size_of_last = size;
     error->growth = growth;
@@ -300,6 +310,7 @@ static void answer(const SurfaceModel *model, BodyError *out)
         error->largest[error->shown] = 0.0F;
         error->size_of_last = error->growth = 0.0;
         memset(error->kept, 0, (size_t)model->node_count * sizeof *error->kept);
+        memset(error->was, 0, (size_t)model->node_count * sizeof *error->was);
     }
     const double scale = more * SCALE * error->order / sum[0];
     out->displacement = scale * size;
@@ -310,6 +321,7 @@ static void answer(const SurfaceModel *model, BodyError *out)
         const double square = vec3_dot(force, force);
         out->force[t] = square > 0.0 ? SCALE * fabs(vec3_dot(off, force)) / square : 0.0;
     }
+    return is_known;
 }
 
 // The parts of a stage: what it does to an element of its list, and how much work that is.
@@ -409,12 +421,8 @@ bool surface_estimate(void *self, const ErrorQuestion *question, int budget, Bod
             go_to(error, done == ERROR_TURN && on ? ERROR_START
                          : done == ERROR_SUM      ? ERROR_GATHER
                                                   : (ErrorStage)(done + 1));
-            if (done == ERROR_SUM) {
-                answer(model, out);
-                // The first rounds of large walls find a small part of it.
-                if (error->rounds >= ERROR_FIRST || error->growth <= SETTLED * error->size_of_last)
-                    return true;
-            }
+            if (done == ERROR_SUM && answer(model, out))
+                return true;
         }
     }
     return false;

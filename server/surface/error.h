@@ -148,11 +148,13 @@ typedef struct SurfaceError {
     Vec3 tool_force[ERROR_TOOLS];                           // on them [N]
     double tool_size[ERROR_TOOLS], tool_reach[ERROR_TOOLS]; // [m]
     Vec3 tool_coarse[ERROR_TOOLS], tool_finer[ERROR_TOOLS]; // that both walls give [N]
-    double sums[3]; // area, and squares of errors and displacements times area
+    // Area, and squares of errors, displacements and their changes since the last round times area.
+    double sums[4];
     // --- of complete rounds ---
     Vec3 *kept;          // [nodes of the body] how far each has moved: where lists made again begin
-    double size_of_last; // rms of that [m]
-    double growth;       // since the round before [m]
+    Vec3 *was;           // [nodes of the body] displacement [m]
+    double size_of_last; // rms of errors [m]
+    double growth;       // since the round before, less what is due to motion [m]
     int rounds;          // complete, up to ERROR_FIRST
 
     // --- what is shown of the last complete round, and what the present one writes ---

@@ -103,6 +103,7 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->sums, 1, "sums");
     // Of complete rounds.
     LIST(error->kept, model->node_count, "kept");
+    LIST(error->was, model->node_count, "was");
     LIST(&error->size_of_last, 1, "size_of_last");
     LIST(&error->growth, 1, "growth");
     LIST(&error->rounds, 1, "rounds");
