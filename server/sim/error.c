@@ -43,8 +43,9 @@ enum { PATIENCE = 4, MOST_PATIENCE = 128 };
 static const double DRIVE_HZ = 20.0; // rounds, at most
 static const double FINENESS_STEP = 1.1;
 // Powers of FINENESS_STEP: factors of 0.68 to 2.6 for solids; of 1/14 to 950 for walls, whose
-// levels are far apart: their steps are four at once.
-enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_LEAST = -28, WALL_MOST = 72, WALL_STEP = 4 };
+// levels are far apart: their steps are four at once, up to eight towards a target far off.
+enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_LEAST = -28, WALL_MOST = 72 };
+enum { WALL_STEP = 4, WALL_STRIDE = 8 };
 
 // What is known of one body; plain data.
 typedef struct BodyRounds {
@@ -409,7 +410,12 @@ static void drive(Sim *sim, ErrorRounds *errors)
             at->elements = body->element_count;
             at->from = at->fineness;
         }
-        set_fineness(body, at, at->fineness + step);
+        // The thresholds of a wall go with the size of its faces, and its error with the square.
+        const int64_t stride = body->surface.solid ? step : WALL_STRIDE;
+        int64_t by = step;
+        while (by < stride && at->fineness + by < most && fineness_of(2 * by) * target < error)
+            by++;
+        set_fineness(body, at, at->fineness + by);
     } else if (change > 0 && !is_short) {
         tell(sim, at, target, error);
     } else if (change < 0 && at->fineness > least) {
