@@ -42,6 +42,9 @@ enum { SETTLE_SOLID = 1, SETTLE_WALL = 3 };
 enum { PATIENCE = 4, MOST_PATIENCE = 128 };
 static const double DRIVE_HZ = 20.0; // rounds, at most
 static const double FINENESS_STEP = 1.1;
+// Of the error of a wall its last round's share, since a tool that is dragged meets nodes and faces
+// in turn.
+static const double LAST = 0.5;
 // Powers of FINENESS_STEP: factors of 0.68 to 2.6 for solids; of 1/14 to 950 for walls, whose
 // levels are far apart: their steps are four at once, up to eight towards a target far off.
 enum { SOLID_LEAST = -4, SOLID_MOST = 10, WALL_LEAST = -28, WALL_MOST = 72 };
@@ -55,6 +58,7 @@ typedef struct BodyRounds {
     double moved;              // rms displacement of the outer nodes, the largest lately [m]
     double share[ERROR_TOOLS]; // relative error of the force on a tool; -1: unknown
     // --- of a driven body ---
+    double error;     // by which it is driven, of a wall a mean over rounds; 0: none yet
     int64_t fineness; // power of FINENESS_STEP
     int64_t settles;  // rounds left after a step
     // Before the last steps to finer elements, until these are worth it.
@@ -376,9 +380,11 @@ static void drive(Sim *sim, ErrorRounds *errors)
                   least = body->surface.solid ? SOLID_LEAST : WALL_LEAST,
                   step = body->surface.solid ? 1 : WALL_STEP;
     double target, scale = 1.0;
-    const double error = driving_error(sim, errors);
-    if (error < 0.0 || !body->ops->get(body->model, BODY_ADAPT_ERROR, &target))
+    const double found = driving_error(sim, errors);
+    if (found < 0.0 || !body->ops->get(body->model, BODY_ADAPT_ERROR, &target))
         return;
+    const double last = body->surface.solid || at->error == 0.0 ? 1.0 : LAST;
+    const double error = at->error += last * (found - at->error);
     // Where time is short the time budget has made detail coarser: that is not taken back here.
     body->ops->get(body->model, BODY_ADAPT_SCALE, &scale);
     const bool is_short = scale > 1.0;
