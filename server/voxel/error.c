@@ -97,7 +97,8 @@ static void copy_motion(const VoxelModel *model, int vertex, float u[3])
     u[0] = (float)x.x, u[1] = (float)x.y, u[2] = (float)x.z;
 }
 
-// Returns a vertex that came within a round: it was between its parents as that began.
+// Returns a vertex that came within a round, or was carried as that began: it was between its
+// parents then.
 static VertexError born_within(const VoxelModel *model, const CutBirth *birth)
 {
     VertexError born = {.weight = 0.0F};
@@ -115,8 +116,6 @@ void voxel_error_follow(const void *self)
     const CutChanges *changes = &model->cuts->lattice.changes;
     VoxelError *error = model->error;
     for (int b = 0; error != NULL && b < changes->birth_count; b++) {
-        if (changes->birth[b].carried) // its row is its own
-            continue;
         error->vertex[changes->birth[b].vertex] = born_within(model, &changes->birth[b]);
         error->shown[changes->birth[b].vertex] = 0.0F;
     }
@@ -460,11 +459,19 @@ static int find_batch(const BatchRuns *runs, int next, int *end)
     return found;
 }
 
+static bool is_carried(const VoxelModel *model, int vertex)
+{
+    return model->cuts != NULL && model->cuts->carry != NULL &&
+           cut_lattice_is_carried(&model->cuts->lattice, vertex);
+}
+
+// Copies where the vertices of elements are.
 static bool copy_all(const VoxelModel *model, int *budget)
 {
     const int count = model->vertices.count;
     for (int v = 0; v < count; v++)
-        copy_motion(model, v, model->error->vertex[v].u);
+        if (!is_carried(model, v))
+            copy_motion(model, v, model->error->vertex[v].u);
     *budget -= count / VERTICES + 1;
     return true;
 }
@@ -506,12 +513,6 @@ static int vertex_of_node(const VoxelModel *model, int node)
 {
     const FittedBody *fitted = model->fitted;
     return fitted != NULL ? fitted->vertex[fitted->fit.row[node]] : model->node[node];
-}
-
-static bool is_carried(const VoxelModel *model, int vertex)
-{
-    return model->cuts != NULL && model->cuts->carry != NULL &&
-           cut_lattice_is_carried(&model->cuts->lattice, vertex);
 }
 
 // Returns the displacement of a vertex as the round began; of a carried one, by what carries it.

@@ -4,6 +4,7 @@
 #include "test.h"
 #include "scoped.h"
 #include "sim_steps.h"
+#include "voxel/cut/cut_body.h"
 #include "voxel/error.h"
 #include "voxel/model.h"
 #include "voxel_error.h"
@@ -333,6 +334,35 @@ TEST(carried_nodes_count_where_they_are)
     const double moved = error.displacement / error.relative;
     print_message("moved by %.4f mm\n", 1e3 * moved);
     expect_near(moved, rms_of_nodes(&world, rest), 1e-6 * moved);
+}
+
+// A body that is stretched as one, and that a tool nears within a round: what is divided was where
+// the whole body was, which has no error.
+TEST(vertices_that_come_within_a_round_were_where_it_began)
+{
+    VoxelWorldOptions options = estimated(voxel_world_cube(16), 0.3);
+    options.body.surface_level = options.body.body.levels = 2;
+    options.tool[options.tool_count++] = (ToolOptions){PROBE(0.01, 10.0)};
+    SCOPED(voxel_world_destroy) VoxelWorld world;
+    voxel_world_create(&world, &options);
+    const VoxelModel *model = world.body->model;
+    const Rows *rows = &model->vertices.rows;
+    for (int v = 0; v < model->vertices.count; v++)
+        if (!cut_lattice_is_carried(&model->cuts->lattice, v))
+            rows_write(rows, model->vertices.row[model->vertices.current], v,
+                       stretched(rows_rest(rows, v)), vec3(0.0, 0.0, 0.0));
+    const ErrorQuestion nothing = {.tool_count = 0};
+    BodyError error;
+    assert_false(world.body->ops->estimate(world.body->model, &nothing, 1, &error)); // it copies
+    const int elements = world.body->element_count;
+    put_tool(world.sim, 0, vec3(0.0, 0.0, 0.07));
+    sim_ticks(world.sim, 40);
+    assert_true(world.body->element_count > elements + 100);
+    round_of(&world, 1 << 20, &error);
+    print_message("%d elements came, error %.1e\n", world.body->element_count - elements,
+                  error.relative);
+    // Squares of single precision's rounding, over that of the strain.
+    assert_true(error.relative < 1e-10);
 }
 
 // ---------------------------------------------------------------------------------------------
