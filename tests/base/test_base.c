@@ -141,23 +141,28 @@ TEST(ring_keeps_the_order_between_two_threads)
     assert_true(ring.high_water >= 1 && ring.high_water <= 16);
 }
 
+// A ring of four numbers.
+static void fill_and_empty(Ring *ring)
+{
+    for (int n = 0; n < 4; n++)
+        assert_true(ring_push(ring, &n));
+    int more = 9;
+    assert_false(ring_push(ring, &more));
+    for (int n = 0; n < 4; n++) {
+        assert_int_equal(*(const int *)ring_peek(ring), n);
+        ring_pop(ring);
+    }
+    assert_null(ring_peek(ring));
+}
+
 TEST(full_ring_refuses)
 {
     int memory[4];
     Ring ring;
     ring_init(&ring, memory, 4, sizeof(int));
     assert_null(ring_peek(&ring));
-    for (int round = 0; round < 10; round++) { // past the end of the memory
-        for (int n = 0; n < 4; n++)
-            assert_true(ring_push(&ring, &n));
-        int more = 9;
-        assert_false(ring_push(&ring, &more));
-        for (int n = 0; n < 4; n++) {
-            assert_int_equal(*(const int *)ring_peek(&ring), n);
-            ring_pop(&ring);
-        }
-        assert_null(ring_peek(&ring));
-    }
+    for (int round = 0; round < 10; round++) // past the end of the memory
+        fill_and_empty(&ring);
     assert_int_equal(ring.high_water, 4);
 }
 
@@ -168,15 +173,7 @@ TEST(ring_counts_on_when_its_counters_wrap)
     ring_init(&ring, memory, 4, sizeof(int));
     atomic_store(&ring.head, 0xfffffffeu);
     atomic_store(&ring.tail, 0xfffffffeu);
-    for (int n = 0; n < 4; n++)
-        assert_true(ring_push(&ring, &n));
-    int more = 9;
-    assert_false(ring_push(&ring, &more));
-    for (int n = 0; n < 4; n++) {
-        assert_int_equal(*(const int *)ring_peek(&ring), n);
-        ring_pop(&ring);
-    }
-    assert_null(ring_peek(&ring));
+    fill_and_empty(&ring);
 }
 
 // ---------------------------------------------------------------------------------------------

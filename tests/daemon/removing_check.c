@@ -284,9 +284,7 @@ bool removing_is_whole(const Trial *trial, int64_t step)
 
 int64_t removing_step(Trial *trial, int ticks)
 {
-    const Reply *reply = command(trial->client, PLIANT_COMMAND_T_STEP, ticks, "");
-    assert_true(reply->ok);
-    const int64_t step = reply->step;
+    const int64_t step = step_daemon(trial->client, ticks)->step;
     trial->client->replies = trial->client->events = 0;
     return step;
 }

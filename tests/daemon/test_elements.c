@@ -41,14 +41,8 @@ static void listen_to(Client *client, Elements *elements)
         4096);
 }
 
-// 100 ticks a second, so that a busy machine has time to spare in each.
-static const char *write_cube(const char *publish)
+static const char *write_cube(const char *head)
 {
-    char head[256];
-    snprintf(head, sizeof head,
-             "rate_hz = 100.0; start = \"paused\";\n"
-             "publish = { mesh_hz = 0.0; status_hz = 20.0; %s };",
-             publish);
     return write_body_scene(
         "cube.cfg",
         &(SceneParts){.head = head,
@@ -61,11 +55,6 @@ static const char *write_cube(const char *publish)
                           "cuttable = true; levels = { inside = 2; surface = 2; }; fixed = ( { box "
                           "= ([-1.0, -1.0, -1.0], [1.0, 1.0, -0.0499]); } );",
                       .tail = PROBE_TOOL});
-}
-
-static void step(Client *client, int ticks)
-{
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, ticks, "")->ok);
 }
 
 static int fine_squares(const Elements *elements)
@@ -81,28 +70,28 @@ TEST(elements_are_told_when_they_change_and_on_request)
     static Elements elements;
     SCOPED_CLIENT Client *client = client_create();
     listen_to(client, &elements);
-    server_start_for(client, &pliantd, "%s", write_cube("elements_hz = 10.0;"));
+    server_start_for(client, &pliantd, "%s", write_cube(LOCKSTEP_HEAD("elements_hz = 10.0;")));
     // At rest all are large.
-    step(client, 20);
+    step_daemon(client, 20);
     wait_until(client, elements.count > 0);
     assert_int_equal(fine_squares(&elements), 0);
     assert_true(elements.at_level[0] == 0 && elements.at_level[2] == 4 * 4 * 4);
     assert_int_equal(elements.topology, 1);
     // Nothing changes: no more is told, until a client asks.
     const int count = elements.count;
-    step(client, 50);
+    step_daemon(client, 50);
     assert_int_equal(elements.count, count);
     assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
     wait_until(client, elements.count > count);
     // Under a tool they are small, while the mesh is the same.
     send_pose_at(client, PRESS);
-    step(client, 60);
+    step_daemon(client, 60);
     wait_until(client, fine_squares(&elements) > 30);
     assert_true(fine_squares(&elements) < SQUARES / 2 && elements.at_level[0] > 60);
     assert_int_equal(elements.topology, 1);
     // And large again behind it.
     send_pose_at(client, AWAY);
-    step(client, 400);
+    step_daemon(client, 400);
     wait_until(client, fine_squares(&elements) == 0);
     assert_int_equal(elements.at_level[2], 4 * 4 * 4);
     process_end(&pliantd);
@@ -113,16 +102,16 @@ TEST(unasked_no_elements_are_told)
     static Elements elements;
     SCOPED_CLIENT Client *client = client_create();
     listen_to(client, &elements);
-    server_start_for(client, &pliantd, "%s", write_cube(""));
-    step(client, 20);
+    server_start_for(client, &pliantd, "%s", write_cube(LOCKSTEP_HEAD("")));
+    step_daemon(client, 20);
     assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
-    step(client, 1); // behind all that DESCRIBE brings
+    step_daemon(client, 1); // behind all that DESCRIBE brings
     assert_int_equal(elements.count, 0);
     process_end(&pliantd);
     // Nor is there memory for it.
-    run_daemon_well(&pliantd, "--explain %s", write_cube(""));
+    run_daemon_well(&pliantd, "--explain %s", write_cube(LOCKSTEP_HEAD("")));
     assert_null(strstr(pliantd.out, "run/element"));
-    run_daemon_well(&pliantd, "--explain %s", write_cube("elements_hz = 10.0;"));
+    run_daemon_well(&pliantd, "--explain %s", write_cube(LOCKSTEP_HEAD("elements_hz = 10.0;")));
     expect_in(pliantd.out, "run/element");
 }
 
@@ -221,8 +210,9 @@ TEST(maps_are_recorded_and_played_as_they_were_told)
     Process program;
     SCOPED_CLIENT Client *client = client_create();
     listen_to_maps(client, &told);
-    server_start_for(client, &pliantd, "--record %s %s", own,
-                     write_cube("error_hz = 20.0; error_map = true; elements_hz = 10.0;"));
+    server_start_for(
+        client, &pliantd, "--record %s %s", own,
+        write_cube(LOCKSTEP_HEAD("error_hz = 20.0; error_map = true; elements_hz = 10.0;")));
     record_start(&program, path, "");
     wait_until(client, has_sidecar(path));
     // A press, and a cut: another mesh, whose slots are all in use.

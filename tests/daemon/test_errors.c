@@ -69,22 +69,11 @@ static void forget(Errors *errors)
 }
 #define SCOPED_ERRORS SCOPED(forget) Errors
 
-// 100 ticks a second, so that a busy machine has time to spare in each.
-static const char *write_ball(const char *publish)
+static const char *write_ball(const char *head)
 {
-    char head[256];
-    snprintf(head, sizeof head,
-             "rate_hz = 100.0; start = \"paused\";\n"
-             "publish = { mesh_hz = 0.0; status_hz = 20.0; %s };",
-             publish);
     return write_body_scene(
         "ball.cfg",
         &(SceneParts){.head = head, .source = ICO_SPHERE(642, 0.05), .tail = PROBE_TOOL});
-}
-
-static void step(Client *client, int ticks)
-{
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, ticks, "")->ok);
 }
 
 TEST(a_pressed_wall_tells_its_error_and_that_of_the_force)
@@ -92,10 +81,11 @@ TEST(a_pressed_wall_tells_its_error_and_that_of_the_force)
     SCOPED_ERRORS errors = {0};
     SCOPED_CLIENT Client *client = client_create();
     listen_to(client, &errors);
-    server_start_for(client, &pliantd, "%s", write_ball("error_hz = 50.0; error_map = true;"));
+    server_start_for(client, &pliantd, "%s",
+                     write_ball(LOCKSTEP_HEAD("error_hz = 50.0; error_map = true;")));
     // In lockstep errors come with each STEP, whose ticks leave no spare time for tries.
     send_pose_at(client, PRESS);
-    step(client, 200);
+    step_daemon(client, 200);
     wait_until(client, errors.count > 0 && errors.newest->step == client->frames.step);
     const pliant_error_body_t *body = &errors.newest->body[0];
     assert_true(body->space > 0.0 && body->steps == -1.0);
@@ -130,18 +120,18 @@ TEST(unasked_nobody_estimates_or_tells)
     SCOPED_ERRORS errors = {0};
     SCOPED_CLIENT Client *client = client_create();
     listen_to(client, &errors);
-    server_start_for(client, &pliantd, "%s", write_ball(""));
-    step(client, 50);
+    server_start_for(client, &pliantd, "%s", write_ball(LOCKSTEP_HEAD("")));
+    step_daemon(client, 50);
     assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
-    step(client, 1); // behind all that DESCRIBE brings
+    step_daemon(client, 1); // behind all that DESCRIBE brings
     assert_int_equal(errors.count + errors.maps, 0);
     process_end(&pliantd);
     // Nor is there memory for it.
-    run_daemon_well(&pliantd, "--explain %s", write_ball(""));
+    run_daemon_well(&pliantd, "--explain %s", write_ball(LOCKSTEP_HEAD("")));
     expect_in(pliantd.out, "error of bodies in messages");
     assert_null(strstr(pliantd.out, "errors/"));
     assert_null(strstr(pliantd.out, "run/error"));
-    run_daemon_well(&pliantd, "--explain %s", write_ball("error_hz = 10.0;"));
+    run_daemon_well(&pliantd, "--explain %s", write_ball(LOCKSTEP_HEAD("error_hz = 10.0;")));
     expect_in(pliantd.out, "errors/bodies");
     expect_in(pliantd.out, "run/error");
     assert_null(strstr(pliantd.out, "run/error_map"));

@@ -82,9 +82,8 @@ static void follower_destroy(Follower *follower)
 
 static void step(Client *client, Follower *follower, int ticks)
 {
-    const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
-    assert_true(reply->ok);
-    wait_until(client, follower->nodes.head.whole && follower->nodes.step == reply->step);
+    const int64_t step = step_daemon(client, ticks)->step;
+    wait_until(client, follower->nodes.head.whole && follower->nodes.step == step);
 }
 
 // A plane through the ball, not along the lattice.

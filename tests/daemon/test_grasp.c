@@ -110,7 +110,7 @@ static void step_with(Client *client, int tool, double y, double z, double grip)
     pose.grip = grip;
     send_pose(client, &pose);
     client->replies = 0; // none of them is looked up again
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok);
+    step_daemon(client, 1);
 }
 
 TEST(a_proposed_scene_is_grasped_pulled_and_cut)

@@ -123,8 +123,7 @@ static void step_live(const char *arguments, int ticks, char hash[32])
 {
     Process daemon;
     SCOPED_CLIENT Client *client = server_start(&daemon, "%s", arguments);
-    const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
-    assert_true(reply->ok);
+    step_daemon(client, ticks);
     server_stop(client, &daemon);
     printed_state(&daemon, hash);
 }

@@ -170,8 +170,8 @@ TEST(the_error_of_steps_is_told_only_when_asked_and_not_in_lockstep)
             // Steps at the bound of stability are off, but not by more than the body has moved.
             expect_at_most(client->status.estimated_error, 1.0);
         }
-        assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
-        assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+        step_daemon(client, 5);
+        step_daemon(client, 100);
         client_fresh_status(client);
         assert_true(client->status.estimated_error == 0.0);
         server_stop(client, &pliantd);

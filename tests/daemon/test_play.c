@@ -126,7 +126,7 @@ TEST(every_frame_comes_with_the_recorded_bits_and_its_mesh)
     wait_until(client, client->frames.whole > 0);
     for (int f = 0; f < view->frames; f++) {
         if (f > 0)
-            assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok);
+            step_daemon(client, 1);
         wait_until(client, client->frames.step == view->step[f]);
         expect_frame(client, view, f);
         // The mesh of a topology comes before the frame.
@@ -534,7 +534,7 @@ TEST(bytes_that_are_no_message_change_nothing)
         for (int k = 0; k < 3; k++)
             send_bytes(client, channels[k], bytes, size);
     }
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok);
+    step_daemon(client, 1);
     server_stop(client, &program);
 }
 

@@ -161,13 +161,13 @@ TEST(each_whole_mesh_comes_with_its_rest)
     FREED Viewer *viewer = viewer_create(client, "sphere");
     daemon_start(&pliantd, "%s", write_ball("rest = true;"));
     client_wait_for_daemon(client);
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // nodes that have hardly moved
+    step_daemon(client, 1); // nodes that have hardly moved
     ask_for_meshes(client, viewer);
     assert_int_equal(viewer->node_count, 642);
     assert_true(viewer->textured > 0);
     const double top[3] = {0.0, 0.0, 0.05}, force[3] = {0.05, 0.0, -0.4};
     send_load(client, top, 0.02, force, 10.0, "sphere");
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+    step_daemon(client, 100);
     ask_for_meshes(client, viewer);
     expect_on_the_ball(viewer, false);
     pliant_cut_t cut = {.sender = client->sender,
@@ -176,7 +176,7 @@ TEST(each_whole_mesh_comes_with_its_rest)
                         .after = {{0.011, 0.1, 0.0}, {0.011, 0.1, 0.1}},
                         .body = (char[]){"sphere"}};
     pliant_cut_t_publish(client->lcm, "PLIANT_CUT", &cut);
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 20, "")->ok);
+    step_daemon(client, 20);
     ask_for_meshes(client, viewer);
     assert_int_equal(viewer->rest_topology, client->frames.topology);
     assert_int_equal(viewer->node_count, client->frames.node_count);
@@ -197,7 +197,7 @@ TEST(unasked_nobody_sends_rest_positions)
         assert_true(command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "")->ok);
         wait_until(client, viewer->mesh_whole > wholes);
     }
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 1, "")->ok); // after all chunks
+    step_daemon(client, 1); // after all chunks
     assert_int_equal(viewer->rest_whole + viewer->rest_parts, 0);
     process_finish(&pliantd, SIGTERM);
 }

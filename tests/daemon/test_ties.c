@@ -26,13 +26,6 @@ static const char *write_ties_scene(void)
     return path;
 }
 
-static const Reply *step(Client *client, int ticks)
-{
-    const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
-    assert_true(reply->ok);
-    return reply;
-}
-
 static void expect_text(const Reply *reply, bool ok, const char *says)
 {
     if (reply->ok != ok || strstr(reply->text, says) == NULL)
@@ -46,7 +39,7 @@ TEST(ties_are_made_changed_released_and_repeated)
     const char *scene = write_ties_scene();
     SCOPED_CLIENT Client *client =
         server_start(&daemon, "--log-inputs %s %s", scratch("ties.log"), scene);
-    step(client, 20);
+    step_daemon(client, 20);
     // A pin holds one ball, and through a tie the other.
     pliant_tie_t pin = make_tie(client, PLIANT_TIE_T_PIN, TOP, 0.02, "one");
     expect_text(apply_tie(client, &pin), true, "tie 1: pin of ");
@@ -60,7 +53,7 @@ TEST(ties_are_made_changed_released_and_repeated)
     pliant_tie_t_publish(client->lcm, "PLIANT_TIE", &tie);
     wait_until(client, count_replies(client, tie.id) > replies);
     expect_text(find_reply(client, tie.id), true, "tie 7: tie of ");
-    step(client, 1000);
+    step_daemon(client, 1000);
     client_fresh_status(client);
     // A second of falling would be half a metre.
     expect_at_most(client->status.max_displacement, 0.3);
@@ -90,7 +83,7 @@ TEST(ties_are_made_changed_released_and_repeated)
     change.stiffness = 0.1;
     change.break_force = 1e-3;
     expect_text(apply_tie(client, &change), true, "tie 7: stiffness 0.1, ");
-    step(client, 200);
+    step_daemon(client, 200);
     wait_until(client, saw_event(client, "tie_broken"));
     change.action = PLIANT_TIE_T_RELEASE;
     change.id = ++client->next_id;
@@ -98,7 +91,7 @@ TEST(ties_are_made_changed_released_and_repeated)
     change.tie = 1;
     change.id = ++client->next_id;
     expect_text(apply_tie(client, &change), true, "tie 1 released");
-    step(client, 100);
+    step_daemon(client, 100);
     const Reply *about = command(client, PLIANT_COMMAND_T_DESCRIBE, 0, "");
     expect_in(about->text, "ties by message: at most 4");
     process_end(&daemon);
@@ -141,7 +134,7 @@ TEST(pliant_tie_makes_changes_and_releases)
     expect_tie(2, "one of --at and --nodes", "--make pin --body one");
     expect_tie(2, "needs --to", "--make tie --body one --at 0,0,0");
     expect_tie(2, "--stiffness", "--change 1 --stiffness 5");
-    step(client, 20);
+    step_daemon(client, 20);
     assert_int_equal(client->status.resets, 0);
     process_end(&pliantd);
     expect_tie(1, "no reply on PLIANT_REPLY", "--release 1 --timeout 0.05 --tries 2");

@@ -81,8 +81,7 @@ TEST(a_step_shows_its_mesh_before_it_is_answered)
     press(client, 0.3, 10.0);
     int shown = 0;
     for (int n = 0; n < 60; n++) {
-        const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 10, "");
-        assert_true(reply->ok);
+        const Reply *reply = step_daemon(client, 10);
         shown += follower->nodes.step == reply->step && follower->nodes.head.whole &&
                  follower->mesh.topology == follower->nodes.head.topology;
     }

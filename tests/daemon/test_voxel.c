@@ -126,7 +126,7 @@ TEST(requests_reach_a_solid)
     wait_until(client, client->status.rejected >= before + 2);
     send_pose_at(client, (const double[]){(double)NAN, 0.0, 0.0});
     wait_until(client, client->status.rejected >= before + 3);
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
+    step_daemon(client, 5);
     client_fresh_status(client);
     assert_int_equal(client->status.resets, 0);
     process_end(&pliantd);
@@ -192,8 +192,7 @@ TEST(what_is_published_is_recorded)
         client_wait_for_daemon(client);
         send_load(client, TOP, 0.01, DOWN, 1.0, "");
         for (int i = 0; i < STEPS; i++) {
-            const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, 2, "");
-            assert_true(reply->ok);
+            const Reply *reply = step_daemon(client, 2);
             wait_until(client, client->frames.step == reply->step);
         }
         wait_until(client, client->mesh.whole > 0);

@@ -219,7 +219,7 @@ static void run_ticks(bool flooded, char state[32])
     if (flooded)
         flood_begin(&flood, pour_ties);
     const double end = client_now() + SECONDS;
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 100, "")->ok);
+    step_daemon(client, 100);
     while (flooded && client_now() < end)
         client_listen(client, 20);
     if (flooded)
@@ -227,7 +227,7 @@ static void run_ticks(bool flooded, char state[32])
                    refused(client, "out_of_range") > 0 && refused(client, "not_finite") > 0 &&
                        refused(client, "unknown_command") > 0 &&
                        refused(client, "bad_string") > 0 && refused(client, "not_possible") > 0);
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 200, "")->ok);
+    step_daemon(client, 200);
     if (flooded)
         figure("hostile ties at 10 kHz: %lld sent, %lld refused and counted", flood_end(&flood),
                (long long)client->status.rejected);

@@ -129,7 +129,7 @@ TEST(a_second_daemon_leaves_the_log_of_the_first_alone)
     Process first, second;
     SCOPED_CLIENT Client *client = server_start(&first, "--log-inputs %s %s", log, scene);
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "gravity_x=1.1")->ok);
-    assert_true(command(client, PLIANT_COMMAND_T_STEP, 5, "")->ok);
+    step_daemon(client, 5);
     wait_until(client, holds_something(log));
 
     // Under the same prefix it does not get as far as the log.

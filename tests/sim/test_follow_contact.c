@@ -192,16 +192,15 @@ TEST(sides_pass_to_the_faces_that_take_over)
     }
 }
 
+static const ToolOptions TABLE = {
+    .id = 2, .kind = TOOL_STATIC, .has_plane = true, .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
+
 // The hold of a rough plane is spread over the nodes as their areas are: dividing faces leaves its
 // sum as it was, and nodes that went leave nothing to those that come in their place later.
 TEST(plane_keeps_its_hold)
 {
-    const ToolOptions table = {.id = 2,
-                               .kind = TOOL_STATIC,
-                               .has_plane = true,
-                               .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
     SCOPED(toy_scene_destroy) ToyScene scene;
-    toy_scene_touched(&scene, CELLS, CELL, &table);
+    toy_scene_touched(&scene, CELLS, CELL, &TABLE);
     Toy *toy = scene.toy[0];
     Contact *contact = scene.sim->contact[0];
     const BodySurface *surface = &scene.body[0]->surface;
@@ -233,12 +232,8 @@ TEST(plane_keeps_its_hold)
 // it is divided.
 TEST(push_of_a_plane_is_the_same_at_every_division)
 {
-    const ToolOptions table = {.id = 2,
-                               .kind = TOOL_STATIC,
-                               .has_plane = true,
-                               .plane = {{0.0, 0.0, 0.001}, {0.0, 0.0, 1.0}}};
     SCOPED(toy_scene_destroy) ToyScene scene;
-    toy_scene_touched(&scene, CELLS, CELL, &table);
+    toy_scene_touched(&scene, CELLS, CELL, &TABLE);
     toy_scene_step(&scene);
     const double push = sim_wrench(scene.sim, 0)->force.z;
     const double side = CELLS * CELL;

@@ -473,6 +473,13 @@ const Reply *command(Client *client, int kind, int64_t value, const char *argume
     return find_reply(client, m.id);
 }
 
+const Reply *step_daemon(Client *client, int64_t ticks)
+{
+    const Reply *reply = command(client, PLIANT_COMMAND_T_STEP, ticks, "");
+    assert_true(reply->ok);
+    return reply;
+}
+
 const Reply *apply_load(Client *client, const double center[3], double radius,
                         const double force[3], double duration, const char *body)
 {

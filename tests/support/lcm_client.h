@@ -169,6 +169,8 @@ int count_replies(const Client *client, int32_t id);
 // Sends a command, and the same one again each second, for datagrams get lost on a busy machine,
 // until its reply has come; fails the test after a minute.
 const Reply *command(Client *client, int kind, int64_t value, const char *argument);
+// STEP: so many ticks; fails the test if it is refused.
+const Reply *step_daemon(Client *client, int64_t ticks);
 const Reply *apply_load(Client *client, const double center[3], double radius,
                         const double force[3], double duration, const char *body);
 const Reply *apply_tie(Client *client, const pliant_tie_t *tie);

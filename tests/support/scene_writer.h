@@ -26,6 +26,11 @@ typedef struct SceneParts {
 #define LOWER_FIXED    FIXED_BELOW(-0.02)
 enum { SPHERE_NODES = 42, SPHERE_TRIANGLES = 80 }; // of SMALL_SPHERE
 
+// A daemon in lockstep, 100 ticks a second, so that a busy machine has time to spare in each.
+#define LOCKSTEP_HEAD(publish)                                                                     \
+    "rate_hz = 100.0; start = \"paused\";\n"                                                       \
+    "publish = { mesh_hz = 0.0; status_hz = 20.0; " publish " };"
+
 // Tool 1, a ball of 5 mm.
 #define PROBE_TOOL                                                                                 \
     "tools = ( { id = 1; kind = \"probe\"; max_force = 5.0;\n"                                     \

@@ -62,7 +62,8 @@ int cut_bench_dead_ends(const CutBench *bench);
 int cut_bench_pieces(const CutBench *bench);
 
 // Fails the test unless every edge of every triangle is shared with exactly one other, which runs
-// along it the other way.
-void cut_bench_expect_closed(const BodySurface *surface);
+// along it the other way. Those of free squares, negative in `square` unless that is NULL, have no
+// neighbours.
+void cut_bench_expect_closed(const BodySurface *surface, const int *square);
 
 #endif

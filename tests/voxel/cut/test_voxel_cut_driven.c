@@ -87,7 +87,7 @@ static void expect_sound(CutWorld *world)
 {
     const VoxelCuts *cuts = world->cuts;
     const BodySurface *surface = &world->body->surface;
-    cut_bench_expect_closed(surface);
+    cut_bench_expect_closed(surface, NULL);
     cut_world_check_masses(world);
     const int pieces = (int)*cuts->pieces.count, faces = surface->face_used;
     const size_t nodes = (size_t)surface->node_used * sizeof(double),

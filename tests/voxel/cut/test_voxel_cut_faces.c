@@ -153,7 +153,7 @@ static void expect_same_from_scratch(CutBench *bench)
 
 static void expect_sound(CutBench *bench)
 {
-    cut_bench_expect_closed(&bench->body.surface);
+    cut_bench_expect_closed(&bench->body.surface, NULL);
     expect_volumes(bench);
     expect_lists(bench);
     expect_ids(bench);
@@ -331,7 +331,7 @@ TEST(impossible_states_are_told)
         if (which != 2) // copies of other vertices of the same point cannot be told
             assert_true(same || !sound);
         told += !sound;
-        cut_bench_expect_closed(&bench.body.surface);
+        cut_bench_expect_closed(&bench.body.surface, NULL);
         expect_lists(&bench);
     }
     print_message("%d of %d told\n", told, tries);

@@ -159,50 +159,38 @@ static void create(CutSample *sample, Lattice lattice, int inside, int surface, 
     cut_sample_build(sample, capacity, 1);
 }
 
-TEST(random_divisions_and_merges_keep_what_follows_from_the_bits)
+// Lives of bodies of so many kinds: those that merge, then lattices that are hardly connected, or
+// of several materials. Levels inside and at the surface differ by round.
+static void live_all(uint64_t seed, int rounds, int kinds, bool cut, bool removable)
 {
-    uint64_t seed = 31;
     Met met = {0};
-    for (int round = 0; round < EFFORT(2); round++)
-        for (int kind = 0; kind < MERGE_KINDS; kind++) {
-            SCOPED(cut_sample_drop) CutSample sample;
-            create(&sample, cut_sample_body((MergeKind)kind), round % 3, 1 + round % 3, false);
-            live_at_random(&sample, 6, false, &seed, &met);
-        }
-    assert_all_met(&met);
-}
-
-// Also lattices that are hardly connected, and of several materials.
-TEST(random_cuts_and_merges_keep_what_follows_from_the_bits)
-{
-    uint64_t seed = 32;
-    Met met = {0};
-    for (int round = 0; round < EFFORT(1); round++)
-        for (int kind = 0; kind < MERGE_KINDS + SAMPLE_KINDS; kind++) {
+    for (int round = 0; round < rounds; round++)
+        for (int kind = 0; kind < kinds; kind++) {
+            const int inside = cut ? round % 4 : round % 3;
+            const int surface = !cut ? 1 + round % 3 : removable ? 2 - round % 2 : 2 + round % 2;
             SCOPED(cut_sample_drop) CutSample sample;
             create(&sample,
                    kind < MERGE_KINDS ? cut_sample_body((MergeKind)kind)
                                       : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed),
-                   round % 4, 2 + round % 2, false);
-            live_at_random(&sample, 6, true, &seed, &met);
+                   inside, surface, removable);
+            live_at_random(&sample, 6, cut, &seed, &met);
         }
     assert_all_met(&met);
+}
+
+TEST(random_divisions_and_merges_keep_what_follows_from_the_bits)
+{
+    live_all(31, EFFORT(2), MERGE_KINDS, false, false);
+}
+
+TEST(random_cuts_and_merges_keep_what_follows_from_the_bits)
+{
+    live_all(32, EFFORT(1), MERGE_KINDS + SAMPLE_KINDS, true, false);
 }
 
 TEST(random_removals_and_merges_keep_what_follows_from_the_bits)
 {
-    uint64_t seed = 33;
-    Met met = {0};
-    for (int round = 0; round < EFFORT(1); round++)
-        for (int kind = 0; kind < MERGE_KINDS + SAMPLE_KINDS; kind++) {
-            SCOPED(cut_sample_drop) CutSample sample;
-            create(&sample,
-                   kind < MERGE_KINDS ? cut_sample_body((MergeKind)kind)
-                                      : sample_lattice((SampleKind)(kind - MERGE_KINDS), &seed),
-                   round % 4, 2 - round % 2, true);
-            live_at_random(&sample, 6, true, &seed, &met);
-        }
-    assert_all_met(&met);
+    live_all(33, EFFORT(1), MERGE_KINDS + SAMPLE_KINDS, true, true);
 }
 
 // ---------------------------------------------------------------------------------------------

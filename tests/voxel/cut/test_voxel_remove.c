@@ -24,31 +24,6 @@ static VoxelWorldOptions with_remover(VoxelWorldOptions options, const ToolOptio
 
 // --- what must hold, from the bits alone ---
 
-// Every edge of every triangle in use is shared with one other; free ones are nobody's neighbour.
-static void check_closed(const CutWorld *world)
-{
-    const BodySurface *surface = &world->body->surface;
-    for (int f = 0; f < surface->face_used; f++) {
-        const bool is_free = world->cuts->faces.square[f / 2] < 0;
-        for (int k = 0; k < 3; k++) {
-            const int across = surface->face_neighbor[f][k];
-            if (is_free) {
-                assert_int_equal(across, -1);
-                assert_int_equal(surface->face[f][k], 0);
-                continue;
-            }
-            assert_in_range(across, 0, surface->face_used - 1);
-            const int a = surface->face[f][k], b = surface->face[f][(k + 1) % 3];
-            int back = -1;
-            for (int j = 0; j < 3; j++)
-                if (surface->face_neighbor[across][j] == f && surface->face[across][j] == b &&
-                    surface->face[across][(j + 1) % 3] == a)
-                    back = j;
-            assert_true(back >= 0);
-        }
-    }
-}
-
 // Vertices without elements have no mass, do not move and are published by no one.
 static void check_vertices(const CutWorld *world)
 {
@@ -205,7 +180,7 @@ static void check_all(CutWorld *world)
 {
     if (world->cuts->tension != NULL)
         check_tension(world);
-    check_closed(world);
+    cut_bench_expect_closed(&world->body->surface, world->cuts->faces.square);
     check_vertices(world);
     check_masses(world);
     check_pieces(world);
