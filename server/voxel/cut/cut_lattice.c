@@ -262,10 +262,11 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     cut_points_list_parents(scratch);
     // Room for the largest change possible.
     CutChanges *changes = &lattice->changes;
-    // Leaves, now or before; faces that break, and those of new leaves of level 0.
+    // Leaves, now or before; faces that break, and those of new leaves of level 0, of which none is
+    // broken in a body that adapts.
     const long leaves = 2L * (lattice->most_cells + (long)lattice->most_larger);
-    const long faces =
-        6L * lattice->most_cells + lattice->vertex_capacity / 4 + 6 * CUT_REMOVE_MOST;
+    const long breaking = lattice->vertex_capacity / 4 + 1 + 6 * CUT_REMOVE_MOST;
+    const long faces = breaking + (lattice->adapts ? 0 : 6L * lattice->most_cells);
     const long most_faces = faces < 3L * cells ? faces : 3L * cells;
     changes->element =
         ALLOCATE(ARENA_TOPOLOGY, leaves < elements ? leaves : elements, int, "changed elements");
