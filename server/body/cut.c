@@ -76,7 +76,15 @@ void link_finder_create(LinkFinder *finder, int links, int most, const char *nam
 {
     finder->most = most;
     finder->met = ALLOCATE(ARENA_CONTACT, most, int, "links met");
-    finder->mark = ALLOCATE(ARENA_CONTACT, links, unsigned char, "marks of links");
+    finder->mark =
+        ALLOCATE(ARENA_CONTACT, links / LINKS_A_BYTE + 1, unsigned char, "marks of links");
+}
+
+// Removes the marks of all links that were met.
+static void clear_marks(LinkFinder *finder)
+{
+    for (int i = 0; i < finder->met_count; i++) // of others beside it, too
+        finder->mark[finder->met[i] / LINKS_A_BYTE] = 0;
 }
 
 CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, int edges)
@@ -95,20 +103,20 @@ CutVerdict link_finder_check(const LinkFinder *finder, const BladeEdge *edge, in
 
 void link_finder_add(LinkFinder *finder, int link, int count)
 {
-    if (!(finder->mark[link] & LINK_LISTED)) {
+    if (!(link_finder_mark(finder, link) & LINK_LISTED)) {
         finder->full |= finder->met_count == finder->most;
         if (finder->met_count == finder->most)
             return;
-        finder->mark[link] = LINK_LISTED;
+        link_finder_flip(finder, link, LINK_LISTED);
         finder->met[finder->met_count++] = link;
     }
-    finder->mark[link] ^= count & LINK_ODD;
+    link_finder_flip(finder, link, (unsigned)count & LINK_ODD);
 }
 
 void link_finder_mark_met(LinkFinder *finder)
 {
     for (int i = 0; i < finder->met_count; i++)
-        finder->mark[finder->met[i]] = LINK_ODD | LINK_LISTED;
+        link_finder_flip(finder, finder->met[i], LINK_ODD | LINK_LISTED);
 }
 
 void link_finder_keep_odd(LinkFinder *finder)
@@ -116,9 +124,10 @@ void link_finder_keep_odd(LinkFinder *finder)
     int kept = 0;
     for (int i = 0; i < finder->met_count; i++) {
         const int link = finder->met[i];
-        if (finder->mark[link] & LINK_ODD)
+        const unsigned mark = link_finder_mark(finder, link);
+        if (mark & LINK_ODD)
             finder->met[kept++] = link;
-        finder->mark[link] = 0;
+        link_finder_flip(finder, link, mark);
     }
     finder->met_count = kept;
 }
@@ -214,8 +223,7 @@ CutVerdict link_finder_sweep(LinkFinder *finder, const BladeEdge *edge, int edge
             return CUT_DONE;
         }
         // Forget what this attempt has met.
-        for (int i = 0; i < finder->met_count; i++)
-            finder->mark[finder->met[i]] = 0;
+        clear_marks(finder);
         finder->met_count = 0;
     }
     return CUT_UNRESOLVED;

@@ -92,8 +92,8 @@ typedef struct CutTrail {
     bool fresh;       // no sweep has left it here: it may still be shifted
 } CutTrail;
 
-// Bits of LinkFinder.mark: met an odd number of times so far; in `met`.
-enum { LINK_ODD = 1, LINK_LISTED = 2 };
+// Marks of links, LINK_BITS for each: met an odd number of times so far; in `met`.
+enum { LINK_ODD = 1, LINK_LISTED = 2, LINK_BITS = 2, LINKS_A_BYTE = 8 / LINK_BITS };
 
 // Finds the links that a sweep meets an odd number of times. The sweep is one batch: when a link
 // cannot be decided, all of it is tried again with the next shift.
@@ -113,7 +113,7 @@ typedef struct LinkFinder {
     CutPath edge[2];
     int parts;                           // sub-ticks,
     CutPath piece[CUT_SUBTICKS_MOST][2]; // and the edge in each
-    unsigned char *mark;                 // [links] LINK_ODD, LINK_LISTED; zero between calls
+    unsigned char *mark;                 // [links / LINKS_A_BYTE] zero between calls
 } LinkFinder;
 
 // Passes the links that finder->edge may meet to link_finder_meet, each once or, if it is bent, in
@@ -141,9 +141,19 @@ bool link_finder_meet(LinkFinder *finder, int link, const CutPath path[2]);
 void link_finder_mark_met(LinkFinder *finder);
 void link_finder_add(LinkFinder *finder, int link, int count);
 void link_finder_keep_odd(LinkFinder *finder);
+static inline unsigned link_finder_mark(const LinkFinder *finder, int link)
+{
+    return (unsigned)finder->mark[link / LINKS_A_BYTE] >> LINK_BITS * (link % LINKS_A_BYTE) &
+           (LINK_ODD | LINK_LISTED);
+}
+// Changes bits of a link's mark.
+static inline void link_finder_flip(LinkFinder *finder, int link, unsigned bits)
+{
+    finder->mark[link / LINKS_A_BYTE] ^= (unsigned char)(bits << LINK_BITS * (link % LINKS_A_BYTE));
+}
 static inline bool link_finder_is_odd(const LinkFinder *finder, int link)
 {
-    return finder->mark[link] & LINK_ODD;
+    return link_finder_mark(finder, link) & LINK_ODD;
 }
 
 #endif

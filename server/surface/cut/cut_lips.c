@@ -191,14 +191,14 @@ void cut_lips_tick(CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
     const Level *level = finder->level;
     LinkFinder *links = &finder->links;
     for (int i = 0; i < finder->count; i++)
-        links->mark[finder->edge[i]] = 1;
+        link_finder_flip(links, finder->edge[i], LINK_ODD);
     // Of each link one of its halves was met, or both at different times: then any.
     for (int at = 0; at < finder->near_count; at++) {
         const int face = finder->near[at];
         const CutFacePoints *path = finder->path[at];
         for (int k = 0; k < 3; k++) {
             const int e = level->face_edge[face][k];
-            if (!links->mark[e])
+            if (!link_finder_is_odd(links, e))
                 continue;
             const CutPath half[2] = {{{path[0].centroid, path[1].centroid}},
                                      {{path[0].middle[k], path[1].middle[k]}}};
@@ -214,7 +214,7 @@ void cut_lips_tick(CutFinder *finder, const CutTissue *tissue, const Vec3 *rest,
         }
     }
     for (int i = 0; i < finder->count; i++)
-        links->mark[finder->edge[i]] = 0;
+        link_finder_flip(links, finder->edge[i], LINK_ODD);
 }
 
 void cut_lips_forget(const CutFinder *finder, LipCrossing *crossing)
