@@ -344,8 +344,6 @@ void ahead_create(Sim *sim)
 void ahead_tell(Sim *sim, int b)
 {
     const Body *body = &sim->body[b];
-    if (sim->ahead == NULL || sim->ahead->places[b] == NULL)
-        return;
     if ((sim->clock->step + b) % PLACES_EVERY == 0)
         find_places(sim, b);
     const AheadPlaces *places = sim->ahead->places[b];

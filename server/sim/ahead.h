@@ -23,7 +23,8 @@ typedef struct Ahead {
 
 // Load time, when all bodies and tools exist. Leaves sim->ahead NULL if no body looks ahead.
 void ahead_create(Sim *sim);
-// Tells a body what approaches it; before it adapts, in each tick. A function of the state alone.
+// Tells a body with BodyOps.approach what approaches it; before it adapts, in each tick. A function
+// of the state alone.
 void ahead_tell(Sim *sim, int body);
 // True if the state read from a checkpoint is consistent.
 bool ahead_check(const Sim *sim);

@@ -146,7 +146,8 @@ static void adapt_bodies(Sim *sim)
     for (int b = 0; b < sim->body_count; b++) {
         if (sim->body[b].ops->adapt == NULL || guard_is_frozen(sim, b))
             continue;
-        ahead_tell(sim, b);
+        if (sim->body[b].ops->approach != NULL)
+            ahead_tell(sim, b);
         if (sim->body[b].surface.solid)
             change_inside(sim, b, adapt, NULL);
         else
