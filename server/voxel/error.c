@@ -39,7 +39,8 @@ typedef enum ErrorPass {
 } ErrorPass;
 
 enum { STRAINS = 6 };                // xx yy zz yz zx xy
-enum { VERTICES = 16, CARRIED = 4 }; // that take as long as an element
+enum { VERTICES = 16, CARRIED = 2 }; // that take as long as an element
+enum { OUTER_MOST = 4096 };          // carried ones by which their mean displacement is known
 
 // Sums over the corners of elements at a vertex. A corner weighs 1 / H, so that what elements of
 // two sizes have in their middles is interpolated to the vertex between them.
@@ -530,15 +531,17 @@ static Vec3 displacement_of(const VoxelModel *model, int vertex)
     return sum;
 }
 
-// Adds the displacements of the outer vertices: of bodies that can be cut those of published nodes.
+// Adds the displacements of the outer vertices: of bodies that can be cut those of published nodes,
+// of bodies that adapt some of these. An odd number apart, they are anywhere in larger elements.
 static bool through_outer(const VoxelModel *model, int *budget)
 {
     VoxelError *error = model->error;
+    const bool adapts = model->cuts != NULL && model->cuts->carry != NULL;
     const int count = model->cuts != NULL ? (int)*model->node_count : model->surface_count;
-    const int at_once = model->cuts != NULL && model->cuts->carry != NULL ? CARRIED : VERTICES;
-    const int end = (int)fmin(count, error->next + (double)at_once * *budget);
-    *budget -= (end - error->next) / at_once + 1;
-    for (; error->next < end; error->next++) {
+    const int at_once = adapts ? CARRIED : VERTICES, apart = adapts ? count / OUTER_MOST | 1 : 1;
+    const int end = (int)fmin(count, error->next + (double)apart * at_once * *budget);
+    *budget -= (end - error->next) / (apart * at_once) + 1;
+    for (; error->next < end; error->next += apart) {
         const int v = model->cuts != NULL ? vertex_of_node(model, error->next) : error->next;
         if (!(error->vertex[v].weight > 0.0F) && !is_carried(model, v)) // it has no element
             continue;
