@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: MIT
 // pliant-play: publishes recordings on LCM as the server did, at any speed and from any time. One
 // thread, but for a child that reads each file.
-#include "hold.h"
 #include "log.h"
+#include "play.h"
 #include "program.h"
 #include "score.h"
-#include "sender.h"
-#include "timeline.h"
 #include "wire.h"
 
 #include "pliant_command_t.h"
 #include "pliant_cut_t.h"
-#include "error_lines.h"
-#include "ledger_lines.h"
-#include "pliant_event_t.h"
-#include "pliant_lcmtypes.h"
 #include "pliant_load_t.h"
-#include "pliant_playback_t.h"
-#include "pliant_reply_t.h"
-#include "pliant_status_t.h"
 #include "pliant_tie_t.h"
 
 #include <math.h>
@@ -34,11 +25,6 @@ enum {
     PLAYBACK_MS = 100,
     TOOLS_MS = 50, // viewers hide a tool that is silent for longer
     WHOLE_MS = 1000,
-    MARKS = 512,
-    MARK_TEXT = 40,
-    FORCE_VALUES = 4096, // with the marks below one datagram
-    FORCE_PARTS = 1024,  // of a tool, at most
-    ANSWERS = 64,
     EVENTS_AT_ONCE = 64,
     STEPS_MOST = 100000,
     DESCRIBE_MOST = 50000,
@@ -123,71 +109,6 @@ static const ArgumentTable TABLE = {
     .rows = ROWS,
     .check = check};
 
-// --- the player ----------------------------------------------------------------------------------
-
-// A request that was answered, lest a repeated one is executed again.
-typedef struct Answered {
-    int32_t sender, id;
-    bool ok, describes, waits; // waits: its reply is sent when the frame it asked for has left
-    char channel[CLIENT_CHANNEL_MAX], text[200];
-} Answered;
-
-typedef struct Play {
-    Client client;
-    Hold hold;
-    Timeline *timeline;
-    Sender sender;
-    // what is played
-    double time, from, to, speed; // [s] on the timeline
-    double shown;                 // time of what is shown: `time`, or a little before it
-    bool playing, loop, once, skip_gaps;
-    bool whole;        // the files could be read to their ends
-    int64_t turned_ns; // last time that `time` was moved
-    int event;         // the first one after `time`
-    // requests
-    bool changed, stop; // by a request: look at once; end
-    bool wanted;        // the frames at `time`, when those before have left
-    Answered answered[ANSWERS];
-    unsigned answers;
-    // what is published and when next
-    char *describe, scene[64];
-    double rate_hz;
-    float *force; // [tools][force_parts]
-    int force_parts;
-    uint32_t status_sequence, playback_sequence, event_sequence, lines_sequence[RECORDING_LISTS];
-    int lines[RECORDING_LISTS]; // that were published last
-    int64_t status_ns, playback_ns, whole_ns, tools_ns, frame_ns;
-} Play;
-
-static void publish_reply(Play *play, const Answered *answer)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    double time;
-    const char *text = answer->describes ? play->describe : answer->text;
-    const pliant_reply_t reply = {.utime = client_utime(),
-                                  .sender = answer->sender,
-                                  .id = answer->id,
-                                  .ok = answer->ok,
-                                  .step = sender_step(&play->sender, &time),
-                                  .channel = (char *)(uintptr_t)answer->channel,
-                                  .text = (char *)(uintptr_t)text};
-    client_channel(&play->client, "REPLY", NULL, channel);
-    pliant_reply_t_publish(play->client.lcm, channel, &reply);
-}
-
-static void publish_event(Play *play, const RecordingEvent *event)
-{
-    char channel[CLIENT_CHANNEL_MAX];
-    const pliant_event_t message = {.utime = client_utime(),
-                                    .sequence = (int32_t)++play->event_sequence,
-                                    .step = event->step,
-                                    .body = (char *)(uintptr_t)event->body,
-                                    .kind = (char *)(uintptr_t)event->kind,
-                                    .text = (char *)(uintptr_t)event->text};
-    client_channel(&play->client, "EVENT", NULL, channel);
-    pliant_event_t_publish(play->client.lcm, channel, &message);
-}
-
 // --- the position --------------------------------------------------------------------------------
 
 static void seek(Play *play, double time)
@@ -230,7 +151,7 @@ static void pass_events(Play *play)
     for (int i = 0; i < EVENTS_AT_ONCE && play->event < count; i++) {
         if (event[play->event].time > play->time)
             break;
-        publish_event(play, &event[play->event++].event);
+        play_publish_event(play, &event[play->event++].event);
     }
 }
 
@@ -383,7 +304,7 @@ static bool run_command(Play *play, const pliant_command_t *command, Answered *a
 static const Answered *find_answer(const Play *play, int32_t sender, int32_t id,
                                    const char *channel)
 {
-    for (int i = 0; i < ANSWERS; i++) {
+    for (int i = 0; i < PLAY_ANSWERS; i++) {
         const Answered *answer = &play->answered[i];
         if (answer->channel[0] != '\0' && answer->sender == sender && answer->id == id &&
             strcmp(answer->channel, channel) == 0)
@@ -399,7 +320,7 @@ static void answer_request(Play *play, int32_t sender, int32_t id, const char *c
     Answered answer = {.sender = sender, .id = id};
     if (before != NULL) {
         if (!before->waits)
-            publish_reply(play, before);
+            play_publish_reply(play, before);
         return;
     }
     snprintf(answer.channel, sizeof answer.channel, "%.*s", CLIENT_CHANNEL_MAX - 1, channel);
@@ -408,21 +329,21 @@ static void answer_request(Play *play, int32_t sender, int32_t id, const char *c
                     : refuse(&answer, "a recording is played: nothing can be changed in it");
     // A client that seeks or steps has the frame before the reply; a description takes no waiting.
     answer.waits = !answer.describes;
-    Answered *slot = &play->answered[play->answers++ % ANSWERS];
+    Answered *slot = &play->answered[play->answers++ % PLAY_ANSWERS];
     if (slot->waits)
-        publish_reply(play, slot);
+        play_publish_reply(play, slot);
     *slot = answer;
     play->changed = play->wanted = true;
     if (!answer.waits)
-        publish_reply(play, &answer);
+        play_publish_reply(play, &answer);
 }
 
 static void publish_waiting(Play *play)
 {
-    for (unsigned i = 0; i < ANSWERS; i++) {
-        Answered *answer = &play->answered[(play->answers + i) % ANSWERS]; // the oldest first
+    for (unsigned i = 0; i < PLAY_ANSWERS; i++) {
+        Answered *answer = &play->answered[(play->answers + i) % PLAY_ANSWERS]; // the oldest first
         if (answer->waits)
-            publish_reply(play, answer);
+            play_publish_reply(play, answer);
         answer->waits = false;
     }
 }
@@ -459,163 +380,6 @@ static bool subscribe(Play *play, PliantError *error)
             client_subscribe(client, "LOAD", NULL, 64, on_request, play) &&
             client_subscribe(client, "TIE", NULL, 64, on_request, play)) ||
            client_fail(error, "LCM refuses to subscribe to %s_COMMAND", client->prefix);
-}
-
-// --- what is published ---------------------------------------------------------------------------
-
-// Finds a body's model and integrator in the description.
-static void describe_body(const Play *play, const char *name, char model[16], char integrator[24])
-{
-    char line[64];
-    snprintf(model, 16, "surface");
-    snprintf(integrator, 24, "recorded");
-    snprintf(line, sizeof line, "\nbody %s: model ", name);
-    const char *found = strstr(play->describe, line);
-    if (found != NULL)
-        sscanf(found + strlen(line), "%15[a-z], %23[a-z0-9_]", model, integrator);
-}
-
-// Says who publishes here, to programs of any version.
-static void publish_hello(Play *play)
-{
-    static const char program[] = "pliant-play", version[] = PLIANT_VERSION;
-    char channel[CLIENT_CHANNEL_MAX];
-    const pliant_hello_t hello = {.utime = client_utime(),
-                                  .program = (char *)(uintptr_t)program,
-                                  .version = (char *)(uintptr_t)version,
-                                  .types = PLIANT_LCMTYPES_COUNT,
-                                  .prefix = play->client.prefix,
-                                  .input_prefix = play->client.prefix};
-    client_channel(&play->client, "HELLO", NULL, channel);
-    pliant_hello_t_publish(play->client.lcm, channel, &hello);
-}
-
-static void publish_status(Play *play)
-{
-    enum { BODIES = RECORDING_INFO_BODIES };
-    char channel[CLIENT_CHANNEL_MAX], model[BODIES][16], integrator[BODIES][24];
-    pliant_body_status_t body[BODIES];
-    const Sender *sender = &play->sender;
-    for (int i = 0; i < sender->bodies; i++) {
-        const SenderBody *from = &sender->body[i];
-        describe_body(play, timeline_body(play->timeline, i), model[i], integrator[i]);
-        body[i] =
-            (pliant_body_status_t){.name = (char *)(uintptr_t)timeline_body(play->timeline, i),
-                                   .model = model[i],
-                                   .integrator = integrator[i],
-                                   .topology = from->has_mesh ? from->mesh.number : 0,
-                                   .nodes = from->has_mesh ? from->mesh.node_count : 0,
-                                   .elements = from->has_mesh ? from->mesh.triangle_count : 0,
-                                   .pieces = from->pieces};
-    }
-    pliant_status_t status = {.utime = client_utime(),
-                              .sequence = (int32_t)++play->status_sequence,
-                              .scene = play->scene,
-                              .state = (char *)(uintptr_t)(play->playing ? "running" : "paused"),
-                              // It must not fall when the time does: viewers would take it for
-                              // another server.
-                              .step = sender->frames,
-                              .rate_hz = play->rate_hz,
-                              .real_time_factor = play->playing ? play->speed : 0.0,
-                              .num_bodies = sender->bodies,
-                              .body = body};
-    sender_step(sender, &status.time);
-    hold_note_status(&play->hold, status.utime);
-    client_channel(&play->client, "STATUS", NULL, channel);
-    pliant_status_t_publish(play->client.lcm, channel, &status);
-    publish_hello(play);
-}
-
-// Reads the newest lines of what is shown if they are others than before, or `again`; `count` 0:
-// not.
-static bool read_lines(Play *play, RecordingList list, bool again, RecordingLedger *line,
-                       int *count, Status *status)
-{
-    const int number = timeline_find_lines(play->timeline, list, play->shown);
-    *count = 0;
-    if (number == 0 || (number == play->lines[list] && !again))
-        return true;
-    play->lines[list] = number;
-    play->lines_sequence[list]++;
-    return timeline_lines(play->timeline, list, number, line, count, status);
-}
-
-static bool publish_lines(Play *play, bool again, Status *status)
-{
-    RecordingLedger line[LEDGER_LINES];
-    char channel[CLIENT_CHANNEL_MAX];
-    int count;
-    if (!read_lines(play, RECORDING_LEDGERS, again, line, &count, status))
-        return false;
-    if (count > 0) {
-        LedgerParts parts;
-        pliant_ledger_t message = ledger_message(line, count, &parts);
-        message.utime = client_utime();
-        message.sequence = (int32_t)play->lines_sequence[RECORDING_LEDGERS];
-        client_channel(&play->client, "LEDGER", NULL, channel);
-        pliant_ledger_t_publish(play->client.lcm, channel, &message);
-    }
-    if (!read_lines(play, RECORDING_ERRORS, again, line, &count, status))
-        return false;
-    if (count > 0) {
-        ErrorParts parts;
-        pliant_error_t message = error_message(line, count, &parts);
-        message.utime = client_utime();
-        message.sequence = (int32_t)play->lines_sequence[RECORDING_ERRORS];
-        client_channel(&play->client, "ERROR", NULL, channel);
-        pliant_error_t_publish(play->client.lcm, channel, &message);
-    }
-    return true;
-}
-
-_Static_assert((int)ERRORS_LINES <= (int)LEDGER_LINES, "either fits");
-
-static void publish_playback(Play *play, bool whole)
-{
-    char channel[CLIENT_CHANNEL_MAX], text[MARKS][MARK_TEXT];
-    double time[MARKS], recorded;
-    char *kinds[MARKS], *texts[MARKS];
-    int32_t tool[RECORDING_INFO_TOOLS];
-    int events, marks = 0, tools = whole ? timeline_tools(play->timeline) : 0;
-    int64_t left_out;
-    const TimelineEvent *event = timeline_events(play->timeline, &events, &left_out);
-    // Of too many events every second, third, ... is a mark.
-    const int every = (events + MARKS - 1) / MARKS;
-    for (int i = 0; whole && i < events; i += every) {
-        time[marks] =
-            fmin(fmax(event[i].time, timeline_start(play->timeline)), timeline_end(play->timeline));
-        snprintf(text[marks], MARK_TEXT, "%.*s", MARK_TEXT - 1, event[i].event.text);
-        kinds[marks] = (char *)(uintptr_t)event[i].event.kind;
-        texts[marks] = text[marks];
-        marks++;
-    }
-    for (int i = 0; i < tools; i++)
-        tool[i] = timeline_tool_id(play->timeline, i);
-    const pliant_playback_t message = {.utime = client_utime(),
-                                       .sequence = (int32_t)++play->playback_sequence,
-                                       .parts = timeline_parts(play->timeline),
-                                       .playing = play->playing,
-                                       .loop = play->loop,
-                                       .whole = whole,
-                                       .start = timeline_start(play->timeline),
-                                       .end = timeline_end(play->timeline),
-                                       .first = play->from,
-                                       .last = play->to,
-                                       .time = play->time,
-                                       .speed = play->speed,
-                                       .frame_time = timeline_frame_time(play->timeline),
-                                       .step = sender_step(&play->sender, &recorded),
-                                       .left_out = whole ? (int32_t)(events - marks + left_out) : 0,
-                                       .num_marks = marks,
-                                       .mark_time = time,
-                                       .mark_kind = kinds,
-                                       .mark_text = texts,
-                                       .num_tools = tools,
-                                       .num_forces = tools * play->force_parts,
-                                       .tool = tool,
-                                       .force = play->force};
-    client_channel(&play->client, "PLAYBACK", NULL, channel);
-    pliant_playback_t_publish(play->client.lcm, channel, &message);
 }
 
 // --- the loop ------------------------------------------------------------------------------------
@@ -669,16 +433,16 @@ static bool publish(Play *play, int64_t now_ns, Status *status)
     if (play->changed)
         play->status_ns = play->playback_ns = 0;
     if (is_due(&play->status_ns, now_ns, STATUS_MS))
-        publish_status(play);
+        play_publish_status(play);
     const bool whole = is_due(&play->whole_ns, now_ns, WHOLE_MS);
-    if (!publish_lines(play, whole, status))
+    if (!play_publish_lines(play, whole, status))
         return false;
     if (whole) {
         sender_repeat(&play->sender, false);
-        publish_playback(play, true);
+        play_publish_playback(play, true);
         play->playback_ns = now_ns + PLAYBACK_MS * MILLISECOND_NS;
     } else if (is_due(&play->playback_ns, now_ns, PLAYBACK_MS)) {
-        publish_playback(play, false);
+        play_publish_playback(play, false);
     }
     play->changed = false;
     return true;
@@ -760,8 +524,8 @@ static char *write_description(Play *play, const Options *options)
 static bool read_forces(Play *play, Status *status)
 {
     const int tools = timeline_tools(play->timeline);
-    play->force_parts = tools > 0 ? FORCE_VALUES / tools : 0;
-    play->force_parts = play->force_parts < FORCE_PARTS ? play->force_parts : FORCE_PARTS;
+    play->force_parts = tools > 0 ? PLAY_FORCE_VALUES / tools : 0;
+    play->force_parts = play->force_parts < PLAY_FORCE_PARTS ? play->force_parts : PLAY_FORCE_PARTS;
     play->force = calloc((size_t)tools * (size_t)play->force_parts + 1, sizeof *play->force);
     ASSERT(play->force != NULL);
     for (int i = 0; i < tools; i++)
