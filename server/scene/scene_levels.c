@@ -24,8 +24,8 @@ static const Option LEVELS_OPTIONS[] = {
     {"surface", OPTION_INT, AT(body.voxel.surface_level), "", 0.0, VOXEL_LEVELS_MAX,
      .physics = true, .feature = {.name = "elements that adapt to tools"},
      .about = "Coarsest level of elements at the surface, at most `inside`. From 1 on the body "
-              "adapts: its elements are divided ahead of tools and cuts, and merged again behind "
-              "them. Needs law `affine`, and goes without `skin`, `weights`, `initial` and "
+              "adapts: elements are divided ahead of tools and cuts, and merged again behind "
+              "them. Needs law `affine`, and excludes `skin`, `weights`, `initial` and "
               "`publish.nodes = \"all\"`."},
     {"fine", OPTION_LIST, AT(fine), "", .preset_text = "none",
      .about = "With `surface`: balls in which elements stay single cells, tools or no tools."},
@@ -54,15 +54,14 @@ static const Option VOXEL_ADAPT_OPTIONS[] = {
     {"error", OPTION_REAL, AT(voxel.body.adapt_error), "", 0.0, 1.0, .preset_text = "not steered",
      .physics = true, .live = "adapt_error", .feature = {.name = "detail steered by its error"},
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
-              "to which the body steers how far around tools its elements are fine: 0.68 to 2.6 "
-              "times the usual distance, slowly, until the error that the body estimates of "
-              "itself is between a half of this and this. 0: a fixed distance."},
+              "that the body aims at: it changes how far around tools its elements are fine, "
+              "0.68 to 2.6 times the usual distance, until the error that it estimates of itself "
+              "is between a half of this and this. 0: a fixed distance."},
 };
 #undef AT
 const OptionTable VOXEL_ADAPT_TABLE =
     TITLED_TABLE("`bodies.adapt` of a voxel body", "bodies.adapt",
-                 "How fine a body with `levels.surface` is around tools. Without it the distance "
-                 "is a fixed one.",
+                 "How far around tools the elements of a body with `levels.surface` are fine.",
                  VOXEL_ADAPT_OPTIONS);
 
 static bool read_adapt(const SceneReader *reader, const BodyGroup *raw, SceneBody *body)

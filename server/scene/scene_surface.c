@@ -397,9 +397,9 @@ static const Option ADAPT_OPTIONS[] = {
     {"error", OPTION_REAL, AT(error), "", 0.0, 1.0, .preset_text = "not steered", .physics = true,
      .live = "adapt_error", .feature = {.name = "detail steered by its error"},
      .about = "Relative error of the displacements, or of the force on a tool if that is larger, "
-              "to which the body steers its detail: the thresholds above are multiplied by "
-              "0.001 to 14, slowly, until the error that the body estimates of "
-              "itself is between a half of this and this. 0: as they are."},
+              "that the body aims at: it multiplies the thresholds above by 0.001 to 14, until "
+              "the error that it estimates of itself is between a half of this and this. 0: as "
+              "they are."},
 };
 #undef AT
 const OptionTable ADAPT_TABLE =
