@@ -199,7 +199,10 @@ _Static_assert(LEVELS_MAX == 8, "the range of adapt_level");
 // A live run's governor sets them, too.
 #define ADAPT                                                                                      \
     .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
-    .lacks = "does not adapt its level of detail (levels, adapt)"
+    .lacks = "does not adapt its level of detail (levels, adapt; of a solid levels.surface)"
+#define THRESHOLD                                                                                  \
+    .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
+    .lacks = "has no wall that adapts (levels, adapt)"
 #define DRIVEN                                                                                     \
     .stable = true, .apply = apply_parameter, .read = read_adapt,                                  \
     .lacks = "is not steered by its error (adapt.error)"
@@ -214,9 +217,9 @@ static const SetKey KEYS[] = {
      .lacks = "has no closed cavity"},
     {"volume", BODY_VOLUME, OF_THOSE, RANGE(0, 1e9), CAVITY,
      .lacks = "has no closed cavity with a gas or fluid in it"},
-    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
-    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
-    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(ADAPT_RANGE), ADAPT},
+    {"adapt_force", BODY_ADAPT_FORCE, OF_THOSE, RANGE(ADAPT_RANGE), THRESHOLD},
+    {"adapt_speed", BODY_ADAPT_SPEED, OF_THOSE, RANGE(ADAPT_RANGE), THRESHOLD},
+    {"adapt_curvature", BODY_ADAPT_CURVATURE, OF_THOSE, RANGE(ADAPT_RANGE), THRESHOLD},
     {"adapt_scale", BODY_ADAPT_SCALE, OF_THOSE, RANGE(0, 1e+06), ADAPT},
     {"adapt_level", BODY_ADAPT_LEVEL, OF_THOSE, RANGE(0, 8), .whole = true, ADAPT},
     {"adapt_error", BODY_ADAPT_ERROR, OF_THOSE, RANGE(ERROR_RANGE), DRIVEN},
@@ -281,7 +284,11 @@ static bool fail_unknown(const Body *body, const char *key, char *why, size_t wh
     // What could have been meant.
     list_keys(true, scene, sizeof scene);
     list_keys(false, bodies, sizeof bodies);
-    if (body != NULL)
+    const size_t name = strcspn(key, ".");
+    if (body == NULL && key[name] == '.')
+        snprintf(why, why_size, "unknown key %.40s: the scene has no body %.*s", key,
+                 (int)(name < 40 ? name : 40), key);
+    else if (body != NULL)
         snprintf(why, why_size, "unknown key %s; of a body: %s", key, bodies);
     else
         snprintf(why, why_size,

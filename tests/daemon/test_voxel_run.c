@@ -141,7 +141,7 @@ TEST(tools_and_clients_meet_a_solid)
     assert_true(command(client, PLIANT_COMMAND_T_SET, 0, "sphere.damping_scale=0.5")->ok);
     reply = command(client, PLIANT_COMMAND_T_SET, 0, "sphere.adapt_force=0.5");
     assert_false(reply->ok);
-    expect_in(reply->text, "does not adapt");
+    expect_in(reply->text, "has no wall that adapts");
     assert_true(command(client, PLIANT_COMMAND_T_RESET, 0, "")->ok);
 
     process_end(&pliantd);

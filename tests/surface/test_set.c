@@ -85,8 +85,8 @@ TEST(set_beyond_the_bound_or_the_range_is_refused)
         {"body", 1.0, "unknown key body"},
         {"body.", 1.0, "unknown key"},
         {"body.mass", 1.0, "unknown key mass"},
-        {"bodyx.friction", 1.0, "unknown key"},
-        {"adapt_force", 1.0, "the scene does not adapt"},
+        {"bodyx.friction", 1.0, "unknown key bodyx.friction: the scene has no body bodyx"},
+        {"adapt_force", 1.0, "the scene has no wall that adapts"},
         {"body.adapt_level", 1.0, "body body does not adapt"},
     };
     FixtureOptions options = fixture_loadable();
