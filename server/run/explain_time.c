@@ -260,6 +260,16 @@ static bool is_adaptive(const Costly *c)
     return is_surface(c) && c->described->surface.adaptive;
 }
 
+// A solid of many elements that could adapt, and does not.
+static bool gains_by_adapting(const Costly *c)
+{
+    const SceneBody *body = c->described;
+    return body->model == MODEL_VOXEL && body->voxel.surface_level == 0 &&
+           body->voxel.law == VOXEL_AFFINE && body->skin.file == NULL && body->initial == NULL &&
+           body->voxel.weight_count == 0 && c->scene->publish.nodes != NODES_ALL &&
+           c->body->element_count >= 4000;
+}
+
 static bool has_equal_cells(const Costly *c)
 {
     return !is_surface(c) && c->described->options.levels < 2;
@@ -287,6 +297,8 @@ static const struct {
     {is_adaptive, "a smaller capacity"},
     {is_surface, "a coarser mesh (edges of twice the length: an eighth of the time)"},
     {gains_by_implicit, "a solid from the same mesh if it is closed (model = \"voxel\")"},
+    {gains_by_adapting,
+     "levels = { inside = 2; surface = 2; } (small elements around tools alone)"},
     {is_solid, "larger cells (of twice the size: about a tenth of the time)"},
     {has_equal_cells, "levels = 2 (larger elements inside)"},
     {is_rk4, "integrator = \"leapfrog\""},

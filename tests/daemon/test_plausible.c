@@ -299,3 +299,21 @@ TEST(only_a_body_in_double_precision_is_advised_to_use_single)
         assert_int_equal(strstr(line, "precision = \"single\"") != NULL, twice);
     }
 }
+
+TEST(only_a_solid_that_does_not_adapt_is_advised_to)
+{
+    for (int adapts = 0; adapts < 2; adapts++) {
+        char text[512];
+        // Stiff, so that neither has the time.
+        snprintf(text, sizeof text,
+                 "rate_hz = 10000.0; bodies = ( { name = \"box\"; model = \"voxel\"; voxels = { "
+                 "generator = \"box\"; count = 24; }; material = { youngs_modulus = 1e8; }; levels "
+                 "= %s; } );\n",
+                 adapts ? "{ surface = 1; }" : "2");
+        write_text(scratch("scene.cfg"), text);
+        run_daemon(&run, "--check %s", scratch("scene.cfg"));
+        const char *line = strstr(run.out, ": misses: try ");
+        assert_non_null(line);
+        assert_int_equal(strstr(line, "surface = 2; }") != NULL, !adapts);
+    }
+}
