@@ -241,10 +241,12 @@ void view_print_line(const View *view, const PliantClient *client, FILE *out)
     // Each body and each tool in short.
     for (int k = 0; k < s->body_count; k++) {
         fputs("  | ", out);
-        program_print_text(out, s->body[k].name, false);
-        fprintf(out, " displacement %.3f mm  nodes %d  triangles %d  level %d",
-                1e3 * s->body[k].max_displacement, s->body[k].nodes, s->body[k].elements,
-                s->body[k].finest_level);
+        const PliantBodyStatus *b = &s->body[k];
+        program_print_text(out, b->name, false);
+        fprintf(out, " displacement %.3f mm  nodes %d  %s %d", 1e3 * b->max_displacement, b->nodes,
+                b->springs > 0 ? "triangles" : "elements", b->elements);
+        if (b->springs > 0)
+            fprintf(out, "  level %d", b->finest_level);
     }
     const int tools = pliant_tool_count(client);
     for (int k = 0; k < tools; k++)
