@@ -654,7 +654,7 @@ static void solid_create(Contact *contact, const char *name, Arena *arena, State
     contact->touched = ALLOCATE(ARENA_CONTACT, carriers, Touched, "touched nodes");
     if (contact->fit != NULL)
         contact->left = ALLOCATE(ARENA_CONTACT, carriers, TouchedLeft, "what impulses leave");
-    contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "their numbers");
+    contact->touched_node = ALLOCATE(ARENA_CONTACT, carriers, int, "touched node numbers");
     contact->clear = ALLOCATE(ARENA_CONTACT, 1, Clear, "clear of the body");
     state_add(state, contact->clear, sizeof *contact->clear, "%s/clear", name);
     contact->impulse = ALLOCATE(ARENA_CONTACT, carriers, Vec3, "impulses");

@@ -346,7 +346,7 @@ bool cut_body_create_surface(VoxelModel *model, const VoxelMaking *making, Body 
         cuts->adapt = ALLOCATE(ARENA_TOPOLOGY, 1, CutAdapt, "adaptation of elements");
         cut_adapt_create(cuts->adapt, &cuts->lattice, &cuts->masses,
                          making->options->body.adapt_error, cuts->name, arena, state);
-        cuts->release = ALLOCATE(ARENA_STEP, 1, CutRelease, "vertices that are let go");
+        cuts->release = ALLOCATE(ARENA_STEP, 1, CutRelease, "forces after divisions");
         cut_release_create(cuts->release, &cuts->masses, cuts->name, arena, state);
         cut_body_count_elements(cuts, body);
     }

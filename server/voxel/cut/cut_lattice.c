@@ -253,8 +253,8 @@ static void create_scratch(CutLattice *lattice, const char *name, Arena *arena)
     if (lattice->removable)
         scratch->is_lost = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "lost");
     // What a change marks.
-    scratch->fresh =
-        ALLOCATE(ARENA_TOPOLOGY, lattice->adapts ? 0 : elements - cells, int, "fresh wishes");
+    scratch->fresh = ALLOCATE(ARENA_TOPOLOGY, lattice->adapts ? 0 : elements - cells, int,
+                              "newly wanted divisions");
     lattice->mark = ALLOCATE(ARENA_TOPOLOGY, elements, unsigned char, "marks of elements");
     // Tables of a divided element.
     for (int at = 0; at < 27; at++)
