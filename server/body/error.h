@@ -16,6 +16,10 @@ typedef struct ErrorQuestion {
     const Vec3 *force;   // [tool_count] on them, in the world [N]
     const double *depth; // [tool_count] how far each is in the faces (ToolWrench.depth) [m], or
                          // NULL: unknown
+    const Vec3 *axis;    // [tool_count] on the axes of tools, nearest to where they touch [m]
+    const double *kappa; // [tool_count] stiffness by area with which faces push it (body/press.h)
+                         // [N/m3]; 0, or NULL: it holds what is in its reach
+    double barrier;      // Body.contact_barrier
 } ErrorQuestion;
 
 // The answer.

@@ -84,6 +84,9 @@ typedef struct Round {
     double size[ERROR_TOOLS];
     Vec3 force[ERROR_TOOLS];
     double depth[ERROR_TOOLS];
+    Vec3 axis[ERROR_TOOLS];
+    double kappa[ERROR_TOOLS];
+    double barrier;
 } Round;
 
 struct ErrorRounds {
@@ -194,7 +197,36 @@ typedef struct Touching {
     Vec3 force;   // on the tool, by contact and by a grasp [N]
     Vec3 place;   // [m]; valid with a force
     double depth; // of the tool in faces [m]
+    bool holds;   // a grasp
+    // Of what touches, the point of its axis that is nearest to the place, and its radius [m].
+    Vec3 axis;
+    double radius;
 } Touching;
+
+// Finds the capsule of a tool that is nearest to where it touches.
+static void find_axis(const Sim *sim, int contact, Touching *by)
+{
+    const ToolOptions *tool = &sim->tool[sim->contact_tool[contact]];
+    Vec3 position;
+    Quat turned;
+    contact_proxy(sim->contact[contact], &position, &turned);
+    double least = (double)INFINITY;
+    for (int c = 0; c < tool->capsule_count; c++) {
+        const Capsule *capsule = &tool->capsule[c];
+        const Vec3 from = vec3_add(position, quat_rotate(turned, capsule->from));
+        const Vec3 along = quat_rotate(turned, vec3_sub(capsule->to, capsule->from));
+        const double length2 = vec3_dot(along, along);
+        const double part =
+            length2 > 0.0 ? vec3_dot(vec3_sub(by->place, from), along) / length2 : 0.0;
+        const Vec3 at = vec3_madd(from, fmin(1.0, fmax(0.0, part)), along);
+        const double gap = vec3_length(vec3_sub(by->place, at)) - capsule->radius;
+        if (gap < least) {
+            least = gap;
+            by->axis = at;
+            by->radius = capsule->radius;
+        }
+    }
+}
 
 static void find_touching(const Sim *sim, int b, Touching tool[SIM_TOOLS])
 {
@@ -207,6 +239,7 @@ static void find_touching(const Sim *sim, int b, Touching tool[SIM_TOOLS])
         by->force = vec3_madd(by->force, 1.0 / sim->tick, sums->impulse);
         by->place = vec3_scale(1.0 / sums->weight, sums->point);
         by->depth = fmax(by->depth, sums->depth);
+        find_axis(sim, k, by);
     }
     for (int k = sim->attachment_start[b]; k < sim->attachment_start[b + 1]; k++) {
         const int t = attachment_options(sim->attachment[k])->tool;
@@ -215,6 +248,7 @@ static void find_touching(const Sim *sim, int b, Touching tool[SIM_TOOLS])
         const ContactSums *sums = attachment_sums(sim->attachment[k]);
         tool[t].force = vec3_madd(tool[t].force, 1.0 / sim->tick, sums->impulse);
         tool[t].place = sim->motion[t].end_position;
+        tool[t].holds = true;
     }
 }
 
@@ -232,9 +266,16 @@ static void ask(Round *now, const Sim *sim, int b)
         now->place[count] = tool[t].place;
         now->size[count] = radius;
         now->force[count] = tool[t].force;
+        now->axis[count] = tool[t].axis;
+        now->kappa[count] = 0.0;
+        if (!sim->body[b].surface.solid && !tool[t].holds) {
+            now->kappa[count] = sim->body[b].contact_kappa;
+            now->size[count] = tool[t].radius;
+        }
         now->depth[count++] = tool[t].depth;
     }
     now->tool_count = count;
+    now->barrier = sim->body[b].contact_barrier;
 }
 
 // ---------------------------------------------------------------------------------------------
@@ -441,7 +482,10 @@ void errors_step(Sim *sim, ErrorRounds *errors)
                                     .tool = now->place,
                                     .size = now->size,
                                     .force = now->force,
-                                    .depth = now->depth};
+                                    .depth = now->depth,
+                                    .axis = now->axis,
+                                    .kappa = now->kappa,
+                                    .barrier = now->barrier};
     const int budget = body->surface.solid ? errors->elements : errors->springs;
     BodyError found = {0};
     if (!body->ops->estimate(body->model, &question, budget, &found))

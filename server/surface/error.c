@@ -13,8 +13,8 @@
 
 enum { COARSE, FINER };
 
-// Steps of conjugate gradients in a round.
-enum { ITERATIONS = 25 };
+// Steps of conjugate gradients in a round; faces that push tools, at most.
+enum { ITERATIONS = 25, MOST_PUSHES = 4096 };
 // Factor on what is found (tests/accuracy/errors.md).
 static const double SCALE = 1.25;
 // Of what the rounds to come may add: largest share of one in that of the one before, and the most
@@ -72,7 +72,9 @@ static void create_nets(SurfaceError *error, const char *name, Arena *arena)
     error->node = ALLOCATE(ARENA_STEP, nodes, ErrorNode, "nodes compared");
     error->diagonal = ALLOCATE(ARENA_STEP, nodes, Sym3, "diagonals");
     error->tied = ALLOCATE(ARENA_STEP, nodes, int, "tied nodes");
-    error->presses = ALLOCATE(ARENA_STEP, nodes, bool, "pressed nodes");
+    error->face = ALLOCATE(ARENA_STEP, leaves, *error->face, "faces compared");
+    error->push_capacity = 4 * leaves < MOST_PUSHES ? 4 * leaves : MOST_PUSHES;
+    error->push = ALLOCATE(ARENA_STEP, error->push_capacity, ErrorPush, "pushes");
     error->tool = ALLOCATE(ARENA_STEP, nodes, signed char, "held nodes");
     Vec3 **vector[] = {&error->coarse, &error->density, &error->x,     &error->moved,
                        &error->defect, &error->way,     &error->change};
@@ -113,10 +115,8 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     }
     error->middle = divide_finest(error->levels, mesh, name, arena);
     create_nets(error, name, arena);
-    if (model->cavity != NULL) {
-        error->face = ALLOCATE(ARENA_STEP, error->leaf_capacity, *error->face, "faces compared");
+    if (model->cavity != NULL)
         error->swell = ALLOCATE(ARENA_STEP, error->node_capacity, Vec3, "volume by nodes");
-    }
     // Maps from the body.
     for (int l = 0; l <= error->levels->finest; l++)
         error->edge_base[l + 1] = error->edge_base[l] + error->levels->level[l].edge_count;
@@ -188,10 +188,8 @@ static void gather(const SurfaceModel *model, int *budget)
         const Level *at = &levels->level[error->level];
         if (error->at == at->face_count) {
             error->level++, error->at = 0;
-            if (error->level > levels->finest) {
+            if (error->level > levels->finest)
                 resume(error);
-                memset(error->presses, 0, (size_t)error->node_count * sizeof *error->presses);
-            }
             continue;
         }
         const int before = error->net[FINER].link_count;
@@ -222,23 +220,21 @@ static void copy_state(const SurfaceModel *model, const ErrorQuestion *question,
     *budget -= count / 4;
     error->stiffness = model->parameters->stiffness_scale;
     // The tools in the coordinates of the rows.
-    error->tool_count = 0;
+    error->tool_count = error->push_count = 0;
+    error->barrier = question == NULL ? 0.0 : question->barrier;
     memset(error->sums, 0, sizeof error->sums);
     error->largest[1 - error->shown] = 0.0F;
     for (int t = 0; question != NULL && t < question->tool_count && t < ERROR_TOOLS; t++) {
-        const Vec3 force = question->force[t];
-        const double size = question->size[t], pushes = vec3_length(force);
-        Vec3 at = question->tool[t];
-        // The middle of a ball that touches there.
-        if (pushes > 0.0)
-            at = vec3_madd(
-                at, (size - (question->depth == NULL ? 0.0 : question->depth[t])) / pushes, force);
+        const bool pushes = question->kappa != NULL && question->kappa[t] > 0.0;
+        Vec3 at = pushes ? question->axis[t] : question->tool[t];
         if (model->basis.displaced)
             at = vec3_sub(at, rows_origin(&model->basis));
         error->tool_at[t] = model->basis.displaced ? rows_turn_in(&model->basis, at) : at;
-        error->tool_force[t] = rows_turn_in(&model->basis, force);
-        error->tool_size[t] = size;
+        error->tool_force[t] = rows_turn_in(&model->basis, question->force[t]);
+        error->tool_size[t] = question->size[t];
+        error->tool_kappa[t] = pushes ? question->kappa[t] : 0.0;
         error->tool_coarse[t] = error->tool_finer[t] = (Vec3){0.0, 0.0, 0.0};
+        error->tool_pushes[t] = 0.0;
         error->tool_count++;
     }
     go_to(error, ERROR_PLACE);
@@ -251,15 +247,8 @@ static void sum_up(const SurfaceModel *model, int first, int end)
     for (int i = first; i < end; i++) {
         const ErrorNode *node = &error->node[i];
         const int tool = error->tool[i];
-        if (tool >= 0) {
+        if (tool >= 0)
             error->tool_finer[tool] = vec3_add(error->tool_finer[tool], error->defect[i]);
-            // It may leave the tool.
-            const Vec3 out = vec3_sub(error->x[i], error->tool_at[tool]);
-            if (error->presses[i] && vec3_dot(out, error->defect[i]) > 0.0) {
-                error->moved[i] = vec3_madd(error->moved[i], 2e-5, vec3_unit(out));
-                error->presses[i] = false;
-            }
-        }
         if (node->model < 0)
             continue;
         const Vec3 u = vec3_sub(surface_error_coarse_place(model, i), node->rest[COARSE]);
@@ -312,20 +301,24 @@ static bool answer(const SurfaceModel *model, BodyError *out)
         memset(error->kept, 0, (size_t)model->node_count * sizeof *error->kept);
         memset(error->was, 0, (size_t)model->node_count * sizeof *error->was);
     }
-    const double scale = more * SCALE * error->order / sum[0];
-    out->displacement = scale * size;
-    out->relative = sum[2] > 0.0 ? scale * sqrt(sum[1] / sum[2]) : 0.0;
+    const double scale = SCALE * error->order / sum[0];
+    out->displacement = more * scale * size;
+    out->relative = sum[2] > 0.0 ? more * scale * sqrt(sum[1] / sum[2]) : 0.0;
     for (int t = 0; t < error->tool_count; t++) {
         const Vec3 force = error->tool_force[t],
                    off = vec3_sub(error->tool_finer[t], error->tool_coarse[t]);
-        const double square = vec3_dot(force, force);
-        out->force[t] = square > 0.0 ? SCALE * fabs(vec3_dot(off, force)) / square : 0.0;
+        // Friction and damping grow with the pushes.
+        const double square = vec3_dot(force, force),
+                     own = error->tool_kappa[t] > 0.0
+                               ? fmax(0.5 * square, vec3_dot(force, error->tool_coarse[t]))
+                               : square;
+        out->force[t] = own > 0.0 ? scale * fabs(vec3_dot(off, force)) / own : 0.0;
     }
     return is_known;
 }
 
 // The parts of a stage: what it does to an element of its list, and how much work that is.
-typedef enum ErrorList { NODES, TIED, FACES, LINKS, HINGES } ErrorList;
+typedef enum ErrorList { NODES, TIED, FACES, PUSHES, LINKS, HINGES } ErrorList;
 typedef struct ErrorRule {
     ErrorPart *part;
     ErrorList list;
@@ -337,6 +330,8 @@ static const ErrorRule RULES[ERROR_STAGES] = {
     [ERROR_COARSE_LINKS] = {surface_error_coarse_links, LINKS, COARSE, 4},
     [ERROR_COARSE_HINGES] = {surface_error_coarse_hinges, HINGES, COARSE, 10},
     [ERROR_COARSE_PRESSURE] = {surface_error_coarse_pressure, FACES, 0, 6},
+    [ERROR_COARSE_TOUCH] = {surface_error_coarse_touch, FACES, 0, 6},
+    [ERROR_COARSE_PUSH] = {surface_error_coarse_push, PUSHES, 0, 6},
     [ERROR_COARSE_HOLD] = {surface_error_coarse_hold, NODES, 0, 3},
     [ERROR_REACH] = {surface_error_reach, NODES, 0, 2},
     [ERROR_SPREAD] = {surface_error_spread, NODES, 0, 6},
@@ -345,11 +340,14 @@ static const ErrorRule RULES[ERROR_STAGES] = {
     [ERROR_SWELL] = {surface_error_swell, NODES, 0, 1},
     [ERROR_LINKS] = {surface_error_links, LINKS, FINER, 5},
     [ERROR_HINGES] = {surface_error_hinges, HINGES, FINER, 15},
+    [ERROR_TOUCH] = {surface_error_touch, FACES, 0, 12},
+    [ERROR_PUSH] = {surface_error_push, PUSHES, 0, 12},
     [ERROR_HAND] = {surface_error_hand, TIED, 0, 1},
     [ERROR_PREPARE] = {surface_error_prepare, NODES, 0, 4},
     [ERROR_START] = {surface_error_start, NODES, 0, 1},
     [ERROR_PRODUCT_LINKS] = {surface_error_product_links, LINKS, FINER, 2},
     [ERROR_PRODUCT_HINGES] = {surface_error_product_hinges, HINGES, FINER, 3},
+    [ERROR_PRODUCT_PUSHES] = {surface_error_product_pushes, PUSHES, 0, 6},
     [ERROR_GROW] = {surface_error_grow, NODES, 0, 1},
     [ERROR_RESIST] = {surface_error_resist, NODES, 0, 1},
     [ERROR_PASS] = {surface_error_pass, TIED, 0, 1},
@@ -362,10 +360,11 @@ static const ErrorRule RULES[ERROR_STAGES] = {
 // True if the body has no need of a stage.
 static bool is_idle(const SurfaceError *error, ErrorStage stage)
 {
-    if (stage == ERROR_REACH)
+    if (stage == ERROR_REACH || stage == ERROR_COARSE_TOUCH || stage == ERROR_COARSE_PUSH ||
+        stage == ERROR_TOUCH || stage == ERROR_PUSH || stage == ERROR_PRODUCT_PUSHES)
         return error->tool_count == 0;
     if (stage == ERROR_COARSE_PRESSURE || stage == ERROR_PRESSURE || stage == ERROR_SWELL)
-        return error->face_count == 0;
+        return error->swell == NULL;
     return (stage == ERROR_GROW || stage == ERROR_RESIST) && !(error->yield > 0.0);
 }
 
@@ -378,6 +377,8 @@ static int length_of(const SurfaceError *error, const ErrorRule *rule)
         return error->tied_count;
     case FACES:
         return error->face_count;
+    case PUSHES:
+        return error->push_count;
     case LINKS:
         return error->net[rule->which].link_count;
     default:

@@ -44,6 +44,14 @@ typedef struct ErrorTurn {
     Vec3 slope[3]; // of the angle with nodes 1 to 3 [1/m]; that of node 0 balances them
 } ErrorTurn;
 
+// How a face pushes a tool, and is pushed by it.
+typedef struct ErrorPush {
+    int node[3], tool;
+    double weight[3]; // of the nodes where it is nearest to the tool's axis
+    Vec3 normal;      // from there to the axis
+    double force, k;  // along the normal, and its derivative by the depth [N], [N/m]
+} ErrorPush;
+
 // A node of the finer wall: one of the wall itself, or the midpoint of an edge.
 typedef struct ErrorNode {
     int model;     // node of the body; -1: a new midpoint
@@ -67,19 +75,24 @@ typedef enum ErrorStage {
     ERROR_COARSE_LINKS,    // forces in the wall itself
     ERROR_COARSE_HINGES,   //
     ERROR_COARSE_PRESSURE, //
+    ERROR_COARSE_TOUCH,    //
+    ERROR_COARSE_PUSH,     //
     ERROR_COARSE_HOLD,     //
-    ERROR_REACH,           // how far tools reach
+    ERROR_REACH,           // how far tools reach that hold something
     ERROR_SPREAD,          // what balances those forces, for the finer wall
     ERROR_BEGIN,           // forces in the finer wall
     ERROR_PRESSURE,        //
     ERROR_SWELL,           //
     ERROR_LINKS,           //
     ERROR_HINGES,          //
+    ERROR_TOUCH,           //
+    ERROR_PUSH,            //
     ERROR_HAND,            //
     ERROR_PREPARE,         // first direction
     ERROR_START,           // stiffness times direction
     ERROR_PRODUCT_LINKS,   //
     ERROR_PRODUCT_HINGES,  //
+    ERROR_PRODUCT_PUSHES,  //
     ERROR_GROW,            //
     ERROR_RESIST,          //
     ERROR_PASS,            //
@@ -112,7 +125,7 @@ typedef struct SurfaceError {
     ErrorNode *node;  // [node_count]
     int node_count;
     int full;       // 1: it has more nodes
-    int (*face)[6]; // [face_count] of a cavity: corners of the leaves, midpoints of their edges
+    int (*face)[6]; // [face_count] corners of the leaves, midpoints of their edges
     int face_count;
     double rest_volume[2]; // of a cavity, with the faces as they are and with finer ones [m3]
     int *tied;             // [tied_count] nodes
@@ -136,18 +149,24 @@ typedef struct SurfaceError {
     Sym3 *diagonal;    // [node_count] of the stiffness [N/m], then its inverse
     ErrorPull *pull;   // [links of the finer wall]
     ErrorTurn *turn;   // [hinges of the finer wall]
-    bool *presses;     // [node_count] has moved into a tool
     signed char *tool; // [node_count] that holds it, or -1
-    Vec3 *swell;       // of a cavity: dV/dx of the finer wall [m2]
-    double stiffness;  // BodyTuning.stiffness_scale of the finer wall's tangents
+    ErrorPush *push;   // [push_count] of faces of the wall itself, then of the finer one
+    int push_count, push_capacity;
+    Vec3 *swell;                       // of a cavity: dV/dx of the finer wall [m2]
+    double stiffness;                  // BodyTuning.stiffness_scale of the finer wall's tangents
     double volume[2], pressure, yield; // of a cavity [m3], [Pa], - dp/dV [Pa/m3]
     double grows;                      // dV/dx times the direction
     double product[2], curvature;      // of defect and direction, before and after a step
     int tool_count;
-    Vec3 tool_at[ERROR_TOOLS];                              // middles of round tools [m]
+    Vec3 tool_at[ERROR_TOOLS];                              // points of their axes [m]
     Vec3 tool_force[ERROR_TOOLS];                           // on them [N]
     double tool_size[ERROR_TOOLS], tool_reach[ERROR_TOOLS]; // [m]
+    double tool_kappa[ERROR_TOOLS];                         // ErrorQuestion.kappa
     Vec3 tool_coarse[ERROR_TOOLS], tool_finer[ERROR_TOOLS]; // that both walls give [N]
+    Vec3 tool_rest[ERROR_TOOLS];                            // friction and damping over the pushes
+    double tool_pushes[ERROR_TOOLS];                        // sum of pushes of the wall itself [N]
+    Vec3 tool_slope[ERROR_TOOLS]; // change of its force along the direction
+    double barrier;               // ErrorQuestion.barrier
     // Area, and squares of errors, displacements and their changes since the last round times area.
     double sums[4];
     // --- of complete rounds ---
@@ -197,20 +216,25 @@ double surface_error_volume(Vec3 a, Vec3 b, Vec3 c);
 // Writes the corners of child k of a face with its midpoints.
 void surface_error_child(const int face[6], int k, int corner[3]);
 
-// --- error_force.c, error_solve.c ---
+// --- error_force.c, error_touch.c, error_solve.c ---
 // The stages, each for a part of its list.
 typedef void ErrorPart(const SurfaceModel *model, int first, int end);
 ErrorPart surface_error_place, surface_error_coarse_links, surface_error_coarse_hinges,
-    surface_error_coarse_pressure, surface_error_coarse_hold, surface_error_reach,
-    surface_error_spread, surface_error_begin, surface_error_pressure, surface_error_swell,
-    surface_error_links, surface_error_hinges, surface_error_hand;
+    surface_error_coarse_pressure, surface_error_coarse_touch, surface_error_coarse_push,
+    surface_error_coarse_hold, surface_error_reach, surface_error_spread, surface_error_begin,
+    surface_error_pressure, surface_error_swell, surface_error_links, surface_error_hinges,
+    surface_error_touch, surface_error_push, surface_error_hand;
 ErrorPart surface_error_prepare, surface_error_start, surface_error_product_links,
-    surface_error_product_hinges, surface_error_grow, surface_error_resist, surface_error_pass,
-    surface_error_curvature, surface_error_move, surface_error_turn;
+    surface_error_product_hinges, surface_error_product_pushes, surface_error_grow,
+    surface_error_resist, surface_error_pass, surface_error_curvature, surface_error_move,
+    surface_error_turn;
 // Returns where a node is in the wall itself [m].
 Vec3 surface_error_coarse_place(const SurfaceModel *model, int node);
 // Adds the forces of a hinge with a moment [N m].
-void surface_error_push(const ErrorHinge *hinge, double moment, const Vec3 slope[3], Vec3 *force);
+void surface_error_turn_by(const ErrorHinge *hinge, double moment, const Vec3 slope[3],
+                           Vec3 *force);
+// Lists the pushes of some faces of the wall itself (0), or of the finer one (1).
+void surface_error_touches(const SurfaceModel *model, int which, int first, int end);
 // Finds the tangents of the finer wall again, which follow from where its nodes are put.
 void surface_error_tangents(const SurfaceModel *model);
 // Returns what resists all motion of an area of the wall [N/m3].

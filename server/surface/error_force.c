@@ -10,10 +10,8 @@
 
 enum { COARSE, FINER };
 
-// How far a tool reaches, over its radius: it yields a little.
+// How far a tool that holds something reaches, over its radius: it yields a little.
 static const double REACH = 1.05;
-// A node that leaves a tool goes twice so far at once [m].
-static const double LEAVES = 1e-5;
 // Motions slower than this are those of a body at rest [s].
 static const double CALM = 0.5;
 
@@ -134,7 +132,7 @@ static double bend(const SurfaceModel *model, const ErrorHinge *hinge, const Vec
            remainder(angle - hinge->angle, 2.0 * acos(-1.0));
 }
 
-void surface_error_push(const ErrorHinge *hinge, double moment, const Vec3 slope[3], Vec3 *force)
+void surface_error_turn_by(const ErrorHinge *hinge, double moment, const Vec3 slope[3], Vec3 *force)
 {
     Vec3 sum = {0.0, 0.0, 0.0};
     for (int k = 0; k < 3; k++) {
@@ -153,7 +151,7 @@ void surface_error_coarse_hinges(const SurfaceModel *model, int first, int end)
         Vec3 x[4], slope[3];
         for (int k = 0; k < 4; k++)
             x[k] = surface_error_coarse_place(model, hinge->node[k]);
-        surface_error_push(hinge, bend(model, hinge, x, slope), slope, error->coarse);
+        surface_error_turn_by(hinge, bend(model, hinge, x, slope), slope, error->coarse);
     }
 }
 
@@ -237,8 +235,7 @@ void surface_error_coarse_hold(const SurfaceModel *model, int first, int end)
     }
 }
 
-// A tool holds what it touches, at least the nearest node. Where it touches is a mean over faces,
-// which lies inside a round tool.
+// A tool that holds something holds at least the nearest node.
 void surface_error_reach(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
@@ -253,38 +250,18 @@ void surface_error_reach(const SurfaceModel *model, int first, int end)
     }
 }
 
-// Returns the tool in whose reach a point is, or -1.
+// Returns the tool that holds what is in its reach and `more` around it, or -1.
 static int find_tool(const SurfaceError *error, Vec3 x, double more)
 {
     for (int t = 0; t < error->tool_count; t++)
-        if (vec3_length(vec3_sub(x, error->tool_at[t])) < error->tool_reach[t] + more)
+        if (error->tool_kappa[t] == 0.0 &&
+            vec3_length(vec3_sub(x, error->tool_at[t])) < error->tool_reach[t] + more)
             return t;
     return -1;
 }
 
-// What a tool touches stays where it is put. What has moved into it is held at its border, as long
-// as it presses.
-static void meet(SurfaceError *error, int i)
-{
-    error->tool[i] = (signed char)find_tool(error, error->x[i], 0.0);
-    if (error->tool[i] >= 0) {
-        error->moved[i] = (Vec3){0.0, 0.0, 0.0};
-        error->presses[i] = false;
-        return;
-    }
-    const Vec3 now = vec3_add(error->x[i], error->moved[i]);
-    const int into = find_tool(error, now, error->presses[i] ? LEAVES : 0.0);
-    error->tool[i] = (signed char)into;
-    error->presses[i] = into >= 0;
-    if (into < 0)
-        return;
-    const Vec3 out = vec3_sub(now, error->tool_at[into]);
-    error->moved[i] =
-        vec3_madd(error->moved[i], error->tool_reach[into] - vec3_length(out), vec3_unit(out));
-}
-
 // Gravity, loads and inertia act on the finer wall by area as they do on the wall itself. Where a
-// tool is, they are those of gravity, and the rest is the tool's.
+// tool holds it, they are those of gravity, and the rest is the tool's.
 void surface_error_spread(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
@@ -293,18 +270,19 @@ void surface_error_spread(const SurfaceModel *model, int first, int end)
         vec3_scale(-error->inertia, rows_gravity(&model->basis, (Vec3){g[0], g[1], g[2]}));
     for (int i = first; i < end; i++) {
         const ErrorNode *node = &error->node[i];
-        meet(error, i);
+        error->tool[i] = (signed char)find_tool(error, error->x[i], 0.0);
+        if (error->tool[i] >= 0)
+            error->moved[i] = (Vec3){0.0, 0.0, 0.0};
         if (node->model < 0 || node->hangs) {
             error->density[i] = vec3_scale(
                 0.5, vec3_add(error->density[node->parent[0]], error->density[node->parent[1]]));
             continue;
         }
-        // A tool touches faces, which give its force to nodes that are an edge away.
-        const int touches = find_tool(error, error->x[i], 1.1 * sqrt(node->area));
+        const int held = find_tool(error, error->x[i], 1.1 * sqrt(node->area));
         error->density[i] = weight;
-        if (touches >= 0 && !node->fixed)
-            error->tool_coarse[touches] = vec3_add(
-                error->tool_coarse[touches], vec3_madd(error->coarse[i], -node->carried, weight));
+        if (held >= 0 && !node->fixed)
+            error->tool_coarse[held] = vec3_add(
+                error->tool_coarse[held], vec3_madd(error->coarse[i], -node->carried, weight));
         else if (!node->fixed && node->carried > 0.0)
             error->density[i] = vec3_scale(1.0 / node->carried, error->coarse[i]);
     }
@@ -412,7 +390,7 @@ void surface_error_hinges(const SurfaceModel *model, int first, int end)
         const double k = hinge->stiffness * error->stiffness;
         Vec3 sum = {0.0, 0.0, 0.0};
         const Vec3 *slope = error->turn[i].slope;
-        surface_error_push(hinge, turn_of(model, i), slope, error->defect);
+        surface_error_turn_by(hinge, turn_of(model, i), slope, error->defect);
         for (int j = 0; j < 3; j++) {
             Sym3 *to = &error->diagonal[hinge->node[j + 1]];
             *to = sym3_madd(*to, 1.0, sym3_outer(k, slope[j]));
@@ -429,6 +407,14 @@ void surface_error_tangents(const SurfaceModel *model)
         pull_on(model, i);
     for (int i = 0; i < model->error->net[FINER].hinge_count; i++)
         turn_of(model, i);
+    // The pushes that are listed by now.
+    const SurfaceError *error = model->error;
+    const bool coarse = error->stage < ERROR_TOUCH;
+    const ErrorStage lists = coarse ? ERROR_COARSE_TOUCH : ERROR_TOUCH;
+    const int count = error->next < error->face_count ? error->next : error->face_count;
+    if (error->stage >= lists)
+        surface_error_touches(model, coarse ? COARSE : FINER, 0,
+                              error->stage == lists ? count : error->face_count);
 }
 
 // Tied nodes hand their forces to their parents, which are not tied.

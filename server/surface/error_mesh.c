@@ -282,11 +282,13 @@ void surface_error_add_leaf(const SurfaceModel *model, int level, int face)
     // Of order 2: an error is the sum of what all finer levels would change, down to one more than
     // the finest.
     error->order += area * (1.0 - pow(0.25, error->levels->finest + 1 - level)) / 0.75;
+    int *own = error->face[error->face_count++];
+    for (int k = 0; k < 3; k++)
+        own[k] = corner[k], own[3 + k] = middle[k];
     if (model->cavity != NULL) {
-        int *own = error->face[error->face_count++];
         Vec3 x[3];
         for (int k = 0; k < 3; k++)
-            own[k] = corner[k], own[3 + k] = middle[k], x[k] = error->node[corner[k]].rest[COARSE];
+            x[k] = error->node[corner[k]].rest[COARSE];
         error->rest_volume[COARSE] += surface_error_volume(x[0], x[1], x[2]);
         for (int k = 0; k < 4; k++) {
             int child[3];

@@ -70,7 +70,7 @@ void surface_error_product_hinges(const SurfaceModel *model, int first, int end)
         double turn = 0.0;
         for (int k = 0; k < 3; k++)
             turn += vec3_dot(slope[k], vec3_sub(error->way[hinge->node[k + 1]], origin));
-        surface_error_push(hinge, -scale * hinge->stiffness * turn, slope, error->change);
+        surface_error_turn_by(hinge, -scale * hinge->stiffness * turn, slope, error->change);
     }
 }
 
@@ -114,6 +114,9 @@ void surface_error_move(const SurfaceModel *model, int first, int end)
 {
     SurfaceError *error = model->error;
     const double step = error->curvature > 0.0 ? error->product[BEFORE] / error->curvature : 0.0;
+    for (int t = 0; t < error->tool_count && first == 0; t++)
+        if (error->tool_kappa[t] > 0.0)
+            error->tool_finer[t] = vec3_madd(error->tool_finer[t], step, error->tool_slope[t]);
     for (int i = first; i < end; i++) {
         error->moved[i] = vec3_madd(error->moved[i], step, error->way[i]);
         error->defect[i] = vec3_madd(error->defect[i], -step, error->change[i]);

@@ -47,7 +47,6 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
 {
     SurfaceError *error = model->error;
     const int nodes = error->node_capacity;
-    const int leaves = error->leaf_capacity;
     error->driven = true;
     // Progress.
     LIST(&error->topology, 1, "topology");
@@ -65,11 +64,9 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->full, 1, "full");
     list_net(error, 0, name, "own", state);
     list_net(error, 1, name, "finer", state);
-    if (error->face != NULL) {
-        LIST(&error->rest_volume, 1, "rest_volume");
-        LIST(&error->face_count, 1, "face_count");
-        LIST(error->face, leaves, "face");
-    }
+    LIST(&error->rest_volume, 1, "rest_volume");
+    LIST(&error->face_count, 1, "face_count");
+    LIST(error->face, error->leaf_capacity, "face");
     // By nodes.
     state_add(state, error->rows, (size_t)model->basis.count * ROW * model_real_size(model),
               "error of %s/rows", name);
@@ -81,7 +78,6 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(error->way, nodes, "way");
     LIST(error->change, nodes, "change");
     LIST(error->diagonal, nodes, "diagonal");
-    LIST(error->presses, nodes, "presses");
     LIST(error->tool, nodes, "tool");
     if (error->swell != NULL)
         LIST(error->swell, nodes, "swell");
@@ -100,6 +96,11 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->tool_reach, 1, "tool_reach");
     LIST(&error->tool_coarse, 1, "tool_coarse");
     LIST(&error->tool_finer, 1, "tool_finer");
+    LIST(&error->tool_kappa, 1, "tool_kappa");
+    LIST(&error->tool_rest, 1, "tool_rest");
+    LIST(&error->tool_pushes, 1, "tool_pushes");
+    LIST(&error->tool_slope, 1, "tool_slope");
+    LIST(&error->barrier, 1, "barrier");
     LIST(&error->sums, 1, "sums");
     // Of complete rounds.
     LIST(error->kept, model->node_count, "kept");
@@ -168,7 +169,7 @@ static bool check_lists(const SurfaceModel *model)
     const SurfaceError *error = model->error;
     bool sound = is_count(error->node_count, error->node_capacity) &&
                  is_count(error->tied_count, error->node_capacity) &&
-                 is_count(error->face_count, error->face == NULL ? 0 : error->leaf_capacity);
+                 is_count(error->face_count, error->leaf_capacity);
     for (int i = 0; sound && i < error->node_count; i++)
         sound = check_node(model, i);
     for (int i = 0; sound && i < error->tied_count; i++)
@@ -193,10 +194,9 @@ bool surface_error_check(const SurfaceModel *model)
     const SurfaceError *error = model->error;
     if (error == NULL || !error->driven)
         return true;
-    const unsigned char *presses = (const unsigned char *)error->presses;
     bool sound = is_progress(error) && (!is_complete(error) || check_lists(model));
     for (int i = 0; i < error->node_capacity && sound; i++)
-        sound = error->tool[i] >= -1 && error->tool[i] < ERROR_TOOLS && presses[i] <= 1;
+        sound = error->tool[i] >= -1 && error->tool[i] < ERROR_TOOLS;
     return sound;
 }
 

@@ -5,6 +5,7 @@
 // conservative. The proxy steps back beyond max_force. Step thread.
 #include "sim/contact/contact_data.h"
 
+#include "body/press.h"
 #include "geometry/distance.h"
 #include "sim/bristle.h"
 
@@ -12,12 +13,10 @@
 
 static const double CREEP = 0.3; // of the floor: largest step in a substep of a proxy that is there
 enum { RETREATS = 8 };           // steps back per substep before forces are scaled instead
-static const double BARRIER_FROM = 0.25; // depth from which on contact is stiffer [radius]
-// Depth in which a face comes to its stiffness, at most [radius; m]; share of the damping that it
-// has at once, and share of its stiffness from which on it has all. A node of the wall that a slow
-// hand meets at full stiffness bounces off the tip; at full damping it is given its momentum in a
-// tick: either way the force rises and is gone again.
-static const double ONSET = 0.15, LONGEST_ONSET = 7.5e-4, DAMPED_AT_ONCE = 0.2, DAMPED_FROM = 0.1;
+// Share of the damping that a face has at once, and share of its stiffness from which on it has
+// all. A node of the wall that a slow hand meets at full stiffness bounces off the tip; at full
+// damping it is given its momentum in a tick: either way the force rises and is gone again.
+static const double DAMPED_AT_ONCE = 0.2, DAMPED_FROM = 0.1;
 // New nodes bulge towards the tool, by a millimetre of a coarse face, or away, until the wall has
 // given way and come to rest: for a while the force changes by at most such a share of itself, and
 // of max_force, in a tick.
@@ -58,17 +57,13 @@ typedef struct FaceLaw {
     double damping;      // time [s]
 } FaceLaw;
 
-// Grows slowly at first, and near the axis faster, by what the step has room for.
 static FaceLaw law_at(const Body *body, double depth, double radius)
 {
-    const double onset = fmin(ONSET * radius, LONGEST_ONSET), part = fmin(1.0, depth / onset);
-    const double share = part * sqrt(part), at_once = fmin(1.0, share / DAMPED_FROM);
-    const double beyond = fmax(0.0, depth - BARRIER_FROM * radius);
+    const FacePress press = face_press(depth, radius, body->contact_barrier);
+    const double at_once = fmin(1.0, press.share / DAMPED_FROM);
     const double damped = DAMPED_AT_ONCE + (1.0 - DAMPED_AT_ONCE) * at_once;
-    return (FaceLaw){.depth = onset * part * share / 2.5 + fmax(0.0, depth - onset) +
-                              body->contact_barrier * beyond,
-                     .slope = share + (beyond > 0.0 ? body->contact_barrier : 0.0),
-                     .damping = body->contact_damping * damped};
+    return (FaceLaw){
+        .depth = press.depth, .slope = press.slope, .damping = body->contact_damping * damped};
 }
 
 // Adds the push of one pair: `share` of the face's stiffness, along `normal`.
