@@ -66,16 +66,6 @@ void surface_error_touches(const SurfaceModel *model, int which, int first, int 
         }
 }
 
-void surface_error_coarse_touch(const SurfaceModel *model, int first, int end)
-{
-    surface_error_touches(model, COARSE, first, end);
-}
-
-void surface_error_touch(const SurfaceModel *model, int first, int end)
-{
-    surface_error_touches(model, FINER, first, end);
-}
-
 // Sums the pushes for each tool. One that no face of the wall itself pushes holds what it touches.
 static void sum_pushes(SurfaceError *error, int which)
 {
@@ -97,11 +87,23 @@ static void sum_pushes(SurfaceError *error, int which)
     }
 }
 
+void surface_error_coarse_touch(const SurfaceModel *model, int first, int end)
+{
+    surface_error_touches(model, COARSE, first, end);
+    if (end == model->error->face_count)
+        sum_pushes(model->error, COARSE);
+}
+
+void surface_error_touch(const SurfaceModel *model, int first, int end)
+{
+    surface_error_touches(model, FINER, first, end);
+    if (end == model->error->face_count)
+        sum_pushes(model->error, FINER);
+}
+
 // Adds pushes and their shares of the rest to the forces on nodes.
 static void push(SurfaceError *error, int which, int first, int end)
 {
-    if (first == 0)
-        sum_pushes(error, which);
     Vec3 *force = which == COARSE ? error->coarse : error->defect;
     for (int i = first; i < end; i++) {
         const ErrorPush *by = &error->push[i];
