@@ -32,6 +32,16 @@ static const char WALL[] =
     "  shape = { angular_frequency = 50.0; damping_ratio = 0.3; };\n"
     "  fixed = ( { box = ([-1, -1, -1], [1, 1, -0.03]); } ); } );\n"
     "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.012; } ); } );\n";
+// A sheet of edges of 20 mm.
+static const char SHEET[] =
+    "bodies = ( { name = \"a\"; %s\n"
+    "  mesh = { generator = \"sheet\"; columns = 11; rows = 11; width = 0.2; height = 0.2; };\n"
+    "  material = { youngs_modulus_2d = 80.0; areal_density = 4.2; thickness = 0.004;\n"
+    "    damping_time = 4e-5; };\n"
+    "  shape = { angular_frequency = 50.0; damping_ratio = 1.0; };\n"
+    "  fixed = ( { box = ([-1, -1, -1], [-0.0999, 1, 1]); },\n"
+    "    { box = ([0.0999, -1, -1], [1, 1, 1]); } ); } );\n"
+    "tools = ( { id = 1; kind = \"probe\"; capsules = ( { radius = 0.015; } ); } );\n";
 static const double TOP = 0.05; // [m]
 
 static void open_world(World *world, const char *scene, const char *adapt, double error_hz)
@@ -46,18 +56,26 @@ static void open_world(World *world, const char *scene, const char *adapt, doubl
     expect_ok(world_build(world, read, &options, &status), status);
 }
 
-// Presses the ball into the middle of the top.
-static void press(World *world, double radius, double depth, int ticks)
+// Presses the ball into the middle of a place, and then drags it 40 mm to and fro.
+static void drag(World *world, Vec3 place, double depth, double speed, int ticks)
 {
     for (int k = 0; k < ticks; k++) {
         const double time = sim_time(world->sim), down = fmin(1.0, time / 0.3);
+        const double way = fmod(speed * fmax(0.0, time - 0.3) + 0.02, 0.08);
+        const double x = way < 0.04 ? way - 0.02 : 0.06 - way;
         const ToolPose pose = {.utime = (int64_t)(1e6 * time),
-                               .position = vec3(0.0, 0.0, TOP + radius - depth * down),
+                               .position = vec3(place.x + x, place.y, place.z - depth * down),
                                .orientation = QUAT_NONE,
                                .active = true};
         sim_apply_pose(world->sim, 0, &pose, false);
         sim_step(world->sim);
     }
+}
+
+// Presses the ball into the middle of the top.
+static void press(World *world, double radius, double depth, int ticks)
+{
+    drag(world, vec3(0.0, 0.0, TOP + radius), depth, 0.0, ticks);
 }
 
 static double get(World *world, BodyParameter parameter)
@@ -113,6 +131,57 @@ TEST(a_pressed_wall_comes_to_the_error_that_its_scene_asks_for)
                   sim_body(world.sim, 0)->element_count, get(&world, BODY_ADAPT_FINENESS));
     assert_true(get(&world, BODY_ADAPT_FINENESS) > 1.0);
     assert_true(driving(&world) < 0.05);
+}
+
+// Faces change every few ticks then. Rounds that each change began again took up to 1100 ticks.
+TEST(a_dragged_wall_is_steered_by_the_error_that_it_has)
+{
+    SCOPED(world_destroy) World world;
+    SimError error;
+    double sum = 0.0;
+    int64_t oldest = 0;
+    open_world(&world, SHEET, "levels = 2; adapt = { error = 0.03; };", 0.0);
+    for (int k = 0; k < 400; k++) {
+        drag(&world, vec3(0.0, 0.003, 0.0151), 0.008, 0.1, 10);
+        sim_error(world.sim, 0, &error);
+        if (k < 300)
+            continue;
+        sum += error.relative / 100.0;
+        oldest = error.age > oldest ? error.age : oldest;
+    }
+    print_message("# error %g of 0.03, at most %d ticks old; %d faces, fineness %g\n", sum,
+                  (int)oldest, sim_body(world.sim, 0)->element_count,
+                  get(&world, BODY_ADAPT_FINENESS));
+    // One round is under way, another has begun after it.
+    assert_in_range(oldest, 1, 300);
+    assert_true(get(&world, BODY_ADAPT_FINENESS) > 10.0);
+    // 0.05 of what it has moved is what a wall of level 3 changes; a third of that is promised.
+    // With hanging nodes where they were at another time it was 0.003.
+    assert_true(sum > 0.016 && sum < 0.1);
+}
+
+// Of one place that is a node's, and of one between nodes.
+TEST(the_force_on_a_tool_errs_by_what_a_finer_wall_changes)
+{
+    static const Vec3 PLACE[] = {{0.0, 0.0, 0.015}, {0.007, 0.004, 0.015}};
+    for (int k = 0; k < 2; k++) {
+        double force[2], error = 0.0;
+        for (int finer = 0; finer < 2; finer++) {
+            SCOPED(world_destroy) World world;
+            SimToolError tool[1];
+            open_world(&world, SHEET, finer ? "levels = 1; start_level = 1;" : "", 50.0);
+            drag(&world, PLACE[k], 0.008, 0.0, 800);
+            sim_tool_errors(world.sim, tool);
+            force[finer] = tool[0].force;
+            error = finer ? error : tool[0].error;
+        }
+        const double truth = fabs(force[1] - force[0]);
+        print_message("# force %.4f N, estimated error %.4f N, in truth %.4f N\n", force[0], error,
+                      truth);
+        // Estimates of walls are 1.25 times what one level more changes (surface/error.c); a tenth
+        // for rounds that have not converged. With nodes that tools hold it was 0.7 to 1.6 times.
+        expect_near(error / truth, 1.25, 0.125);
+    }
 }
 
 // Let go, a body swings through its rest shape, where it has hardly moved: its relative error is
@@ -180,8 +249,9 @@ TEST(detail_does_not_swing_while_a_tool_is_held)
 }
 
 // Neither what is published nor a checkpoint in the middle of a round changes what follows.
-static void compare(const char *scene, const char *adapt, double radius)
+static void compare(const char *scene, const char *adapt, double radius, double speed)
 {
+    const Vec3 top = vec3(0.0, 0.0, TOP + radius);
     SCOPED(world_destroy) World world;
     SCOPED(world_destroy) World told;
     SCOPED(world_destroy) World again;
@@ -189,15 +259,15 @@ static void compare(const char *scene, const char *adapt, double radius)
     open_world(&told, scene, adapt, 100.0);
     open_world(&again, scene, adapt, 0.0);
     for (int k = 0; k < 6; k++) {
-        press(&world, radius, 0.01, 53); // rounds begin each 50 ticks at most, and take several
-        press(&told, radius, 0.01, 53);
+        drag(&world, top, 0.01, speed, 53); // rounds begin each 50 ticks at most, and take several
+        drag(&told, top, 0.01, speed, 53);
         assert_int_equal(state_hash(&told.state), state_hash(&world.state));
         world_save(&world, "x.h5");
         assert_string_equal(world_load(&again, "x.h5"), "");
         assert_int_equal(state_hash(&again.state), state_hash(&world.state));
-        press(&world, radius, 0.01, 130);
-        press(&told, radius, 0.01, 130);
-        press(&again, radius, 0.01, 130);
+        drag(&world, top, 0.01, speed, 130);
+        drag(&told, top, 0.01, speed, 130);
+        drag(&again, top, 0.01, speed, 130);
         assert_int_equal(state_hash(&again.state), state_hash(&world.state));
     }
     assert_true(get(&world, BODY_ADAPT_FINENESS) != 1.0);
@@ -205,8 +275,9 @@ static void compare(const char *scene, const char *adapt, double radius)
 
 TEST(driven_bodies_move_the_same_with_errors_told_and_from_a_checkpoint)
 {
-    compare(SMALL, "adapt = { error = 0.05; };", 0.02);
-    compare(WALL, "adapt = { error = 0.02; };", 0.012);
+    compare(SMALL, "adapt = { error = 0.05; };", 0.02, 0.0);
+    compare(WALL, "adapt = { error = 0.02; };", 0.012, 0.0);
+    compare(WALL, "adapt = { error = 0.02; };", 0.012, 0.1); // faces change within rounds
 }
 
 TEST(set_changes_the_error_that_is_asked_for_of_driven_bodies_alone)
