@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Conversion between a body's rows and the world, and copies of all nodes. Step thread.
-#include "body/rows.h"
+#include "body/rows_show.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
     FOLLOW_TICKS = 16, // ticks between moves of the base frame
@@ -340,20 +339,14 @@ void frame_end_tick(Rows *rows, bool stays)
     *fall = (FrameFall){.velocity = fall->velocity};
 }
 
-// --- copies ---
-// Copies all nodes for the bus and the recording between two ticks: rows_read without its decisions
-// per node, since every microsecond here is one of the tick's. Step thread.
+// --- copies of all nodes ---
 
 // Nodes to prefetch ahead: slots are scattered, and the tick's tables have displaced them from the
 // near cache.
 enum { AHEAD = 32 };
 
-// Four numbers at a time, as in rows; the fourth is unused. Passed by address: by value they would
-// need AVX.
-typedef double Four __attribute__((vector_size(4 * sizeof(double))));
-typedef float FourSingle __attribute__((vector_size(4 * sizeof(float))));
-
-static inline void load_four(const void *row, bool single, int at, Four *out)
+static inline __attribute__((always_inline)) void load_four(const void *row, bool single, int at,
+                                                            Four *out)
 {
     FourSingle v;
     if (single) {
@@ -364,102 +357,64 @@ static inline void load_four(const void *row, bool single, int at, Four *out)
     }
 }
 
-// `whole` also writes the number after the three, which is cheaper.
-static inline void store(float *to, const Four *v, bool whole)
-{
-    FourSingle single = __builtin_convertvector(*v, FourSingle);
-    memcpy(to, &single, whole ? sizeof single : 3 * sizeof *to);
-}
-
-static inline void turn(const Four column[3], Four *v)
-{
-    *v = column[0] * (*v)[0] + column[1] * (*v)[1] + column[2] * (*v)[2];
-}
-
 // Decisions of the loop below, made once.
 typedef struct Kind {
     bool single, displaced, turned; // as in the rows
     bool carried;                   // some are: left out
-    bool some;                      // rows one behind the other, to places to[i]
-    bool whole;                     // as in store
+    bool whole;                     // as in rows_show_store
 } Kind;
 
 // Rows slot[first .. last).
-static inline __attribute__((always_inline)) void take(const Rows *rows, Kind kind, const void *row,
-                                                       const int *slots, const int *to, int first,
-                                                       int last, float *position, float *velocity)
+static inline __attribute__((always_inline)) void take(const Rows *rows, Kind kind,
+                                                       const RowsView *view, const void *row,
+                                                       const int *slots, int first, int last,
+                                                       float *position, float *velocity)
 {
     const size_t real = kind.single ? sizeof(float) : sizeof(double);
-    Four origin = {0.0}, speed = {0.0}, column[3] = {{0.0}};
-    // The frame's motion, once for all nodes.
-    if (kind.displaced) {
-        const BaseFrame *frame = rows->frame;
-        const Vec3 v = rows_velocity(rows);
-        origin = (Four){frame->origin.x, frame->origin.y, frame->origin.z};
-        speed = (Four){v.x, v.y, v.z};
-        for (int c = 0; c < 3 && kind.turned; c++) {
-            Vec3 axis = quat_rotate(frame->turn, (Vec3){c == 0, c == 1, c == 2});
-            column[c] = (Four){axis.x, axis.y, axis.z};
-        }
-    }
     for (long i = first; i < last; i++) {
         const long slot = slots[i], soon = slots[i + AHEAD < last ? i + AHEAD : i];
         // Slots are scattered: fetch ahead.
-        if (!kind.some && !(kind.carried && rows_is_carried(rows, (int)soon))) {
+        if (!(kind.carried && rows_is_carried(rows, (int)soon))) {
             __builtin_prefetch((const char *)row + soon * (long)(ROW * real));
             if (kind.displaced)
                 __builtin_prefetch(rows->rest[soon]);
         }
         if (kind.carried && rows_is_carried(rows, (int)slot))
             continue;
-        const long at = kind.some ? to[i] : i;
-        const void *own = (const char *)row + (kind.some ? i : slot) * (long)(ROW * real);
+        const void *own = (const char *)row + slot * (long)(ROW * real);
         Four x, v;
-        // Rest position, displacement, turn and origin: the position in the world.
         load_four(own, kind.single, 0, &x);
-        if (kind.displaced) {
-            const double *rest = rows->rest[slot];
-            x += (Four){rest[0], rest[1], rest[2]};
-            if (kind.turned)
-                turn(column, &x);
-            x += origin;
-        }
-        store(position + 3 * at, &x, kind.whole);
+        rows_show_place(view, kind.displaced, kind.turned, rows->rest[slot], &x, position + 3 * i,
+                        kind.whole);
         // Velocities only where they are asked for.
         if (velocity == NULL)
             continue;
         load_four(own, kind.single, 4, &v);
-        if (kind.turned) {
-            turn(column, &v);
-            v += speed;
-        }
-        store(velocity + 3 * at, &v, kind.whole);
+        rows_show_velocity(view, kind.turned, &v, velocity + 3 * i, kind.whole);
     }
 }
 
 // All nodes: the last one separately, because nothing may be written after it.
 static inline __attribute__((always_inline)) void take_all(const Rows *rows, Kind kind,
                                                            const void *row, const int *slot,
-                                                           const int *to, int count,
-                                                           float *position, float *velocity)
+                                                           int count, float *position,
+                                                           float *velocity)
 {
-    const int last = kind.some ? 0 : count - 1;
+    RowsView view;
+    rows_view(rows, &view);
     kind.whole = true;
-    take(rows, kind, row, slot, to, 0, last, position, velocity);
+    take(rows, kind, &view, row, slot, 0, count - 1, position, velocity);
     kind.whole = false;
-    take(rows, kind, row, slot, to, last, count, position, velocity);
+    take(rows, kind, &view, row, slot, count - 1, count, position, velocity);
 }
 
 static inline __attribute__((always_inline)) void take_of(const Rows *rows, const void *row,
-                                                          const int *slot, const int *to, bool some,
-                                                          int count, float *position,
-                                                          float *velocity)
+                                                          const int *slot, int count,
+                                                          float *position, float *velocity)
 {
     // One copy of the loop for each kind of rows: no decision per node.
-    const bool single = rows->precision == PRECISION_SINGLE,
-               carried = !some && rows->carried_end > 0;
-#define TAKE(...)                                                                                  \
-    take_all(rows, (Kind){.some = some, __VA_ARGS__}, row, slot, to, count, position, velocity)
+    const bool single = rows->precision == PRECISION_SINGLE, carried = rows->carried_end > 0;
+#define TAKE(...) take_all(rows, (Kind){__VA_ARGS__}, row, slot, count, position, velocity)
     if (!rows->displaced)
         TAKE(.displaced = false);
     else if (single && rows->turned && carried)
@@ -483,18 +438,9 @@ void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count
     if (count == 0)
         return;
     if (velocity != NULL)
-        take_of(rows, row, slot, NULL, false, count, position, velocity);
+        take_of(rows, row, slot, count, position, velocity);
     else
-        take_of(rows, row, slot, NULL, false, count, position, NULL);
-}
-
-void rows_snapshot_some(const Rows *rows, const void *row, const int *slot, const int *to,
-                        int count, float *position, float *velocity)
-{
-    if (velocity != NULL)
-        take_of(rows, row, slot, to, true, count, position, velocity);
-    else
-        take_of(rows, row, slot, to, true, count, position, NULL);
+        take_of(rows, row, slot, count, position, NULL);
 }
 
 void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position)

@@ -234,10 +234,6 @@ static inline Vec3 rows_velocity(const Rows *rows)
 // floats. Those that others carry are left out.
 void rows_snapshot(const Rows *rows, const void *row, const int *slot, int count, float *position,
                    float *velocity);
-// Writes those of the rows slot[0 .. count), which are here one behind the other, at to[0 ..
-// count). After rows_snapshot, which may write beyond a row.
-void rows_snapshot_some(const Rows *rows, const void *row, const int *slot, const int *to,
-                        int count, float *position, float *velocity);
 // Writes the rest positions of the same rows in the world.
 void rows_snapshot_rest(const Rows *rows, const int *slot, int count, float *position);
 

@@ -175,20 +175,6 @@ TEST(snapshots_are_what_is_read_row_by_row)
             assert_true(position[3 * count] == 77.0f && velocity[3 * count] == 77.0f &&
                         alone[3 * count] == 77.0f);
             assert_memory_equal(alone, position, 3 * (size_t)count * sizeof *alone);
-            // The same of rows one behind the other, to places in reverse.
-            const size_t bytes = ROW * rows_real_size(&c.rows);
-            FREED char *near = calloc(COUNT, bytes);
-            int to[COUNT];
-            float other[3 * COUNT], speed[3 * COUNT];
-            for (int i = 0; i < count; i++) {
-                memcpy(near + i * bytes, (char *)c.row + slot[i] * bytes, bytes);
-                to[i] = count - 1 - i;
-            }
-            rows_snapshot_some(&c.rows, near, slot, to, count, other, speed);
-            for (int i = 0; i < count; i++) {
-                assert_memory_equal(other + 3 * to[i], position + 3 * i, 3 * sizeof *other);
-                assert_memory_equal(speed + 3 * to[i], velocity + 3 * i, 3 * sizeof *speed);
-            }
             for (int i = 0; i < count; i++) {
                 Vec3 x, v;
                 rows_read(&c.rows, c.row, slot[i], &x, &v);

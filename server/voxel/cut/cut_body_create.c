@@ -272,7 +272,7 @@ void cut_body_create_masses(VoxelModel *model, const VoxelMaking *making, Arena 
         return;
     model->vertices.rows.owner = masses->lattice->vertex_id; // negative ids are free rows
     model->cuts->carry = ALLOCATE(ARENA_STEP, 1, CutCarry, "carried vertices");
-    cut_carry_create(model->cuts->carry, masses->lattice, &model->vertices, name, arena);
+    cut_carry_create(model->cuts->carry, masses, name, arena);
     masses->carry = model->cuts->lattice.carry = model->cuts->carry;
     model->vertices.rows.carried = masses->lattice->carried;
     model->vertices.rows.carried_end = masses->lattice->kept_end;

@@ -2,14 +2,16 @@
 #include "voxel/cut/cut_carry.h"
 
 #include "base/check.h"
+#include "body/rows_show.h"
+#include "voxel/cut/cut_masses.h"
 #include "voxel/cut/cut_parts.h"
 #include "voxel/point_parts.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINTS = 27, CENTRE = 13 };
-enum { AHEAD = 24, TOGETHER = 256 }; // vertices to be fetched ahead; to be shown together
+enum { POINTS = 27, CENTRE = 13, EDGE_POINTS = 2 * CARRY_SHARES + 1 };
+enum { AHEAD = 24 }; // vertices to be fetched ahead
 static const int STEP[3] = {1, 3, 9};
 static const signed char CORNER_AT[NODE_CORNERS] = {0, 2, 6, 8, 18, 20, 24, 26};
 
@@ -33,19 +35,23 @@ static int octant_of(const CutLattice *lattice, int leaf, const int point[3], in
 
 static CarrySite site_in(const CutLattice *lattice, int leaf, const int point[3])
 {
-    int share[3], axes = 0;
-    CarrySite site = {.low = (signed char)octant_of(lattice, leaf, point, share)};
+    int share[3], step[2] = {0, 0}, axes = 0;
+    const int low = octant_of(lattice, leaf, point, share);
+    CarrySite site = {.above = 0};
     for (int d = 0; d < 3; d++) {
+        site.cell[d] = (unsigned char)(point[d] - lattice->element[leaf].cell[d]);
         if (share[d] == 0)
             continue;
         if (axes < 2) {
-            site.step[axes] = (signed char)STEP[d];
-            site.share[axes++] = (unsigned char)share[d];
+            site.shares |= (unsigned char)(axes == 0 ? share[d] : share[d] * CARRY_SHARES);
+            step[axes++] = STEP[d];
         } else {
             site.above = (signed char)STEP[d];
             site.third = (unsigned char)share[d];
         }
     }
+    for (int k = 0; k < 4; k++)
+        site.at[k] = (signed char)(low + (k & 1) * step[0] + (k >> 1) * step[1]);
     return site;
 }
 
@@ -117,6 +123,15 @@ int cut_carry_weights_at(const CutLattice *lattice, int leaf, const int point[3]
 
 // ---------------------------------------------------------------------------------------------
 // Rows
+
+// Finds where the lattice points of an element are at rest, by axis and place in it.
+static void find_rest(const CutCarry *carry, int leaf, double rest[3][EDGE_POINTS])
+{
+    const CutElement *element = &carry->lattice->element[leaf];
+    for (int d = 0; d < 3; d++)
+        for (int k = 0; k <= 1 << element->level; k++)
+            rest[d][k] = cut_masses_rest(carry->masses, d, element->cell[d] + k);
+}
 
 typedef float SinglePart __attribute__((vector_size(16)));
 typedef double DoublePart __attribute__((vector_size(16)));
@@ -256,10 +271,8 @@ void cut_carry_forget_moves(CutCarry *carry)
 static unsigned middles_of(CarrySite site)
 {
     unsigned points = 0, need = 0;
-    const int axis[3] = {site.step[0], site.step[1], site.above};
     for (int c = 0; c < 8; c++)
-        points |=
-            1u << (site.low + (c & 1) * axis[0] + (c >> 1 & 1) * axis[1] + (c >> 2) * axis[2]);
+        points |= 1u << (site.at[c & 3] + (c >> 2) * site.above);
     for (int m = EDGES; m < MIDDLES; m++)
         if (points >> MIDDLE[m].at & 1)
             for (int side = -1; side <= 1; side += 2)
@@ -290,7 +303,7 @@ static void settle(CutCarry *carry, int leaf)
     for (int k = carry->first[at]; k < carry->end[at]; k++) {
         const int v = carry->vertex[k];
         carry->leaf_of[v] = -1;
-        carry->site[k].low = -1;
+        carry->site[k].at[0] = -1;
         if (!lattice->carried[v])
             continue;
         cut_lattice_point(lattice, v, point);
@@ -468,12 +481,26 @@ static void sort_vertices(CutCarry *carry)
     free(entry);
 }
 
-void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
-                      const char *name, Arena *arena)
+static void list_weights(CutCarry *carry, const char *name, Arena *arena)
 {
+    carry->weight = arena_allocate(arena, ARENA_STEP, (size_t)CARRY_SHARES * CARRY_SHARES,
+                                   sizeof *carry->weight, "%s/weights of carriers", name);
+    for (int k = 0; k < CARRY_SHARES * CARRY_SHARES; k++)
+        for (int c = 0; c < 4; c++) {
+            const int a = k % CARRY_SHARES, b = k / CARRY_SHARES;
+            carry->weight[k][c] =
+                (float)((c & 1 ? a : CARRY_SHARES - a) * (c & 2 ? b : CARRY_SHARES - b)) /
+                (CARRY_SHARES * CARRY_SHARES);
+        }
+}
+
+void cut_carry_create(CutCarry *carry, const CutMasses *masses, const char *name, Arena *arena)
+{
+    const CutLattice *lattice = masses->lattice;
+    Vertices *vertices = masses->vertices;
     const int kept = lattice->kept_end, larger = lattice->element_count - lattice->level_first[1];
-    *carry = (CutCarry){.lattice = lattice, .vertices = vertices};
-    carry->vertex = ALLOCATE(ARENA_STEP, kept, int, "kept vertices by cells");
+    *carry = (CutCarry){.masses = masses, .lattice = lattice, .vertices = vertices};
+    carry->vertex = ALLOCATE(ARENA_STEP, kept + 2 * AHEAD, int, "kept vertices by cells");
     carry->cell = ALLOCATE(ARENA_TOPOLOGY, kept, int, "cells of kept vertices");
     carry->rank = ALLOCATE(ARENA_TOPOLOGY, kept, int, "places of kept vertices");
     carry->first = ALLOCATE(ARENA_STEP, larger, int, "first kept vertices");
@@ -487,6 +514,7 @@ void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vert
     carry->known = ALLOCATE(ARENA_STEP, larger, unsigned, "elements with known vertices");
     carry->row = arena_allocate(arena, ARENA_STEP, ROW * (size_t)kept,
                                 rows_real_size(&vertices->rows), "%s/carried rows", name);
+    list_weights(carry, name, arena);
     sort_vertices(carry);
     cut_carry_derive(carry);
 }

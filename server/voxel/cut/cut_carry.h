@@ -28,14 +28,15 @@
 
 enum { CARRY_SHARES = 16 }; // of an octant's edge: elements are of level 5 at most
 
-// Where a vertex is in its element: from the low corner of its octant along up to three axes, those
-// along which it is between points first.
+// Where a vertex is in its element: between the points around it in an octant, along up to three
+// axes, those along which it is between points first.
 typedef struct CarrySite {
-    signed char low;        // that corner, x + 3 y + 9 z
-    signed char step[2];    // to the next points along the first two of these axes; 0: none
-    signed char above;      // along the third
-    unsigned char share[2]; // of the way to there, in parts of the octant's edge; less than all
-    unsigned char third;    // along the third
+    signed char at[4];   // low corner, the next point along the first axis, along the second, along
+                         // both; x + 3 y + 9 z. -1: it is not carried
+    signed char above;   // steps to those above along the third; 0: it is not between points there
+    unsigned char third; // share of the way to there, in parts of the octant's edge
+    unsigned char shares;  // along the first, and CARRY_SHARES times that along the second
+    unsigned char cell[3]; // from the low corner of the element
 } CarrySite;
 
 // Where a kept vertex was before a merge moved it: displacement in the rows' axes [m].
@@ -45,21 +46,23 @@ typedef struct CarryMove {
 } CarryMove;
 
 typedef struct CutCarry {
+    const struct CutMasses *masses; // know rest positions
     const CutLattice *lattice;
     Vertices *vertices;
     // --- constant ---
     // Kept vertices, those of one element one after the other: a vertex belongs to the elements
     // around its lowest cell at load.
-    int vertex_count, *vertex;
-    int *cell;        // [vertex_count]
-    int *rank;        // [kept_end] its place in `vertex`; -1: it is not kept
-    int *first, *end; // [element - level_first[1]] its part of these
+    int vertex_count, *vertex; // [vertex_count], and more that are fetched ahead in vain
+    int *cell;                 // [vertex_count]
+    int *rank;                 // [kept_end] its place in `vertex`; -1: it is not kept
+    int *first, *end;          // [element - level_first[1]] its part of these
     // --- derived from the lattice ---
-    int *leaf_of;    // [kept_end] the element; -1: not carried
-    CarrySite *site; // [vertex_count] where it is carried
-    unsigned *need;  // [element - level_first[1]] bit m: its vertices follow from middle m
-    int *place;      // [element - level_first[1]] in `leaf`; -1: it is not there
-    int *leaf;       // leaves with carried vertices, in no order that matters
+    int *leaf_of;       // [kept_end] the element; -1: not carried
+    CarrySite *site;    // [vertex_count] where it is carried
+    float (*weight)[4]; // [shares] constant: of the four points of a site; exact
+    unsigned *need;     // [element - level_first[1]] bit m: its vertices follow from middle m
+    int *place;         // [element - level_first[1]] in `leaf`; -1: it is not there
+    int *leaf;          // leaves with carried vertices, in no order that matters
     int leaf_count;
     // --- derived from the rows of elements' vertices ---
     void *row;            // Real [kept_end][ROW] where carried vertices are (rows.h)
@@ -73,8 +76,8 @@ typedef struct CutCarry {
 } CutCarry;
 
 // Load time.
-void cut_carry_create(CutCarry *carry, const CutLattice *lattice, Vertices *vertices,
-                      const char *name, Arena *arena);
+void cut_carry_create(CutCarry *carry, const struct CutMasses *masses, const char *name,
+                      Arena *arena);
 // Lists again what is carried, after the lattice was derived.
 void cut_carry_derive(CutCarry *carry);
 // Load time. From now on lists, in `move`, the kept vertices that a merge moves, until

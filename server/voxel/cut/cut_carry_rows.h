@@ -8,6 +8,8 @@
 #define JOIN_(a, b) a##b
 #define JOIN(a, b)  JOIN_(a, b)
 #define SHOW_PARTS  JOIN(SHOW, _parts)
+#define SHOW_ALL    JOIN(SHOW, _all)
+#define FOUR        JOIN(SHOW, _four)
 
 // Reads the rows of an element's vertices, and fills in absent points that are needed.
 static inline __attribute__((always_inline)) void
@@ -37,22 +39,20 @@ FILL(const int *node, const REAL *row, unsigned need, size_t parts, PART (*point
 
 // Interpolates between the points of a site, without a branch: sites differ more than they repeat.
 // Inside of an octant once more, with the points above.
-static inline __attribute__((always_inline)) void PUT(PART (*point)[PARTS], const CarrySite *site,
-                                                      size_t parts, REAL *to)
+static inline __attribute__((always_inline)) void
+PUT(PART (*point)[PARTS], const CarrySite *site, const float (*weight)[4], size_t parts, REAL *to)
 {
-    const REAL by = (REAL)1.0 / CARRY_SHARES;
-    const REAL a = by * (REAL)site->share[0], b = by * (REAL)site->share[1];
-    const REAL w[4] = {((REAL)1.0 - a) * ((REAL)1.0 - b), a * ((REAL)1.0 - b), ((REAL)1.0 - a) * b,
-                       a * b};
-    PART(*low)[PARTS] = &point[site->low];
-    const int x = site->step[0], y = site->step[1], z = site->above;
+    const float *of = weight[site->shares];
+    const REAL w[4] = {(REAL)of[0], (REAL)of[1], (REAL)of[2], (REAL)of[3]};
+    PART(*a)[PARTS] = &point[site->at[0]], (*b)[PARTS] = &point[site->at[1]];
+    PART(*c)[PARTS] = &point[site->at[2]], (*d)[PARTS] = &point[site->at[3]];
     for (size_t k = 0; k < parts; k++) {
-        PART value =
-            (w[0] * low[0][k] + w[1] * low[x][k]) + (w[2] * low[y][k] + w[3] * low[x + y][k]);
+        PART value = (w[0] * a[0][k] + w[1] * b[0][k]) + (w[2] * c[0][k] + w[3] * d[0][k]);
         if (__builtin_expect(site->third > 0, 0)) {
-            const PART above = (w[0] * low[z][k] + w[1] * low[x + z][k]) +
-                               (w[2] * low[y + z][k] + w[3] * low[x + y + z][k]);
-            value += by * (REAL)site->third * (above - value);
+            const int z = site->above;
+            const PART above =
+                (w[0] * a[z][k] + w[1] * b[z][k]) + (w[2] * c[z][k] + w[3] * d[z][k]);
+            value += (REAL)1.0 / CARRY_SHARES * (REAL)site->third * (above - value);
         }
         memcpy((PART *)to + k, &value, sizeof value);
     }
@@ -64,48 +64,80 @@ static void UPDATE(const CutCarry *carry, int leaf, const REAL *row)
     PART point[POINTS][PARTS] = {{{0}}};
     const int at = leaf - carry->lattice->level_first[1];
     FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], PARTS, point);
+    const float(*weight)[4] = (const float(*)[4])carry->weight;
     for (int k = carry->first[at]; k < carry->end[at]; k++)
-        if (carry->site[k].low >= 0)
-            PUT(point, &carry->site[k], PARTS, to + (long)carry->vertex[k] * ROW);
+        if (carry->site[k].at[0] >= 0)
+            PUT(point, &carry->site[k], weight, PARTS, to + (long)carry->vertex[k] * ROW);
 }
 
-static inline __attribute__((always_inline)) void
-SHOW_PARTS(const CutCarry *carry, const int *to, size_t parts, float *position, float *velocity)
+static inline __attribute__((always_inline)) void FOUR(const REAL *from, Four *to)
+{
+    REAL part __attribute__((vector_size(4 * sizeof(REAL))));
+    memcpy(&part, from, sizeof part);
+    *to = __builtin_convertvector(part, Four);
+}
+
+static inline __attribute__((always_inline)) void SHOW_PARTS(const CutCarry *carry, size_t parts,
+                                                             bool displaced, bool turned,
+                                                             const int *to, float *position,
+                                                             float *velocity)
 {
     const CutLattice *lattice = carry->lattice;
-    const Rows *rows = &carry->vertices->rows;
     const REAL *row = vertices_row(carry->vertices);
-    REAL own[TOGETHER][ROW];
-    int vertex[TOGETHER], place[TOGETHER], count = 0;
+    PART point[POINTS][PARTS] = {{{0}}}; // points that an element lacks have no weight
+    double at_rest[3][EDGE_POINTS];
+    RowsView view;
+    rows_view(&carry->vertices->rows, &view);
+    // By themselves, since what is written could be them.
+    const CarrySite *sites = carry->site;
+    const int *vertices = carry->vertex;
+    const float(*weight)[4] = (const float(*)[4])carry->weight;
     for (int n = 0; n < carry->leaf_count; n++) {
-        const int leaf = carry->leaf[n], at = leaf - lattice->level_first[1];
-        PART point[POINTS][PARTS] = {{{0}}};
+        const int leaf = carry->leaf[n], at = leaf - lattice->level_first[1], end = carry->end[at];
         FILL(cut_lattice_nodes(lattice, leaf), row, carry->need[at], parts, point);
-        for (int k = carry->first[at]; k < carry->end[at]; k++) {
-            // All is scattered but the sites: fetch ahead.
-            __builtin_prefetch(&to[carry->vertex[k + AHEAD < carry->vertex_count ? k + AHEAD : k]]);
-            if (carry->site[k].low < 0)
+        find_rest(carry, leaf, at_rest);
+        for (int k = carry->first[at]; k < end; k++) {
+            // What is written is scattered: fetch ahead.
+            __builtin_prefetch(&to[vertices[k + 2 * AHEAD]]);
+            __builtin_prefetch(position + 3L * to[vertices[k + AHEAD]], 1);
+            const CarrySite *site = &sites[k];
+            if (site->at[0] < 0)
                 continue;
-            if (count == TOGETHER) {
-                rows_snapshot_some(rows, own, vertex, place, count, position, velocity);
-                count = 0;
-            }
-            vertex[count] = carry->vertex[k];
-            place[count] = to[vertex[count]];
-            __builtin_prefetch(rows->rest[vertex[count]]);
-            __builtin_prefetch(position + 3L * place[count], 1);
-            PUT(point, &carry->site[k], parts, own[count++]);
+            const double rest[3] = {at_rest[0][site->cell[0]], at_rest[1][site->cell[1]],
+                                    at_rest[2][site->cell[2]]};
+            const long place = 3L * to[vertices[k]];
+            REAL own[ROW];
+            Four x, v;
+            PUT(point, site, weight, parts, own);
+            FOUR(own, &x);
+            rows_show_place(&view, displaced, turned, rest, &x, position + place, false);
+            if (velocity == NULL)
+                continue;
+            FOUR(own + ROW / 2, &v);
+            rows_show_velocity(&view, turned, &v, velocity + place, false);
         }
     }
-    rows_snapshot_some(rows, own, vertex, place, count, position, velocity);
+}
+
+static inline __attribute__((always_inline)) void SHOW_ALL(const CutCarry *carry, bool displaced,
+                                                           bool turned, const int *to,
+                                                           float *position, float *velocity)
+{
+    if (velocity == NULL)
+        SHOW_PARTS(carry, PARTS / 2, displaced, turned, to, position, NULL);
+    else
+        SHOW_PARTS(carry, PARTS, displaced, turned, to, position, velocity);
 }
 
 static void SHOW(const CutCarry *carry, const int *to, float *position, float *velocity)
 {
-    if (velocity == NULL)
-        SHOW_PARTS(carry, to, PARTS / 2, position, NULL);
+    const Rows *rows = &carry->vertices->rows;
+    if (rows->turned)
+        SHOW_ALL(carry, true, true, to, position, velocity);
+    else if (rows->displaced)
+        SHOW_ALL(carry, true, false, to, position, velocity);
     else
-        SHOW_PARTS(carry, to, PARTS, position, velocity);
+        SHOW_ALL(carry, false, false, to, position, velocity);
 }
 
 #undef PARTS
@@ -118,3 +150,5 @@ static void SHOW(const CutCarry *carry, const int *to, float *position, float *v
 #undef UPDATE
 #undef SHOW
 #undef SHOW_PARTS
+#undef SHOW_ALL
+#undef FOUR

@@ -45,7 +45,7 @@ void cut_masses_create(CutMasses *masses, const char *name, Arena *arena)
 static void set_rest(CutMasses *masses, int vertex, const int point[3])
 {
     for (int c = 0; c < 3; c++)
-        masses->vertices->rows.rest[vertex][c] = masses->size * (point[c] - masses->middle[c]);
+        masses->vertices->rows.rest[vertex][c] = cut_masses_rest(masses, c, point[c]);
 }
 
 static double mass_of(const CutMasses *masses, int element)

@@ -58,6 +58,11 @@ typedef struct CutMasses {
     AffineFit fit; // of the element whose corner came last
 } CutMasses;
 
+// Returns a coordinate of a lattice point at rest, in the rows' axes [m].
+static inline double cut_masses_rest(const CutMasses *masses, int axis, int point)
+{
+    return masses->size * (point - masses->middle[axis]);
+}
 // Allocates the other fields after the constant ones are set.
 void cut_masses_create(CutMasses *masses, const char *name, Arena *arena);
 // Updates rows, rest positions and masses after changes of the lattice. `divided`: with divisions
