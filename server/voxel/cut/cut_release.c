@@ -71,9 +71,15 @@ void cut_release_note(CutRelease *release, bool soon)
     float(*before)[3] = release->before;
     for (int r = 0; r < vertices->run_count; r++) {
         const long first = vertices->run[r][0], end = vertices->run[r][1];
-        for (long v = first; v < end && single; v++)
+        // Four numbers each and eight at a time, which is cheaper, but for the last ones.
+        long v = first;
+        for (; v + 8 < end && single; v += 8)
+            for (int k = 0; k < 8; k++)
+                memcpy((float *)before + 3 * (v + k), (const float *)row + (v + k) * ROW + 4,
+                       4 * sizeof(float));
+        for (; v < end && single; v++)
             memcpy(before[v], (const float *)row + v * ROW + 4, sizeof *before);
-        for (long v = first; v < end && !single; v++)
+        for (; v < end && !single; v++)
             for (int c = 0; c < 3; c++)
                 before[v][c] = (float)((const double *)row)[v * ROW + 4 + c];
     }
