@@ -526,6 +526,12 @@ unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot
 {
     unsigned broken = 0, cells = 0;
     cut_lattice_cells(lattice, point, cell);
+    // As a rule there are all, and nothing is broken.
+    bool whole = true;
+    for (int s = 0; s < 8; s++)
+        whole = whole && cell[s] >= 0 && lattice->broken[cell[s]] == 0;
+    if (whole)
+        return 0xff;
     for (int f = 0; f < 12; f++) {
         const int low = cell[POINT_FACE[f]];
         broken |= (unsigned)(low >= 0 && cut_lattice_is_open(lattice, low, f / 4)) << f;
