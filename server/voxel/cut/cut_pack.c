@@ -197,14 +197,15 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
 // Stores what an element, or the element from which it was divided, remembers.
 static void take_turn(const CutWindows *windows, int element, Turns *turns)
 {
-    if (cut_windows_lane(windows, element) < 0 && windows->lattice->changes.merged_count > 0) {
+    int from = element, lane = cut_windows_lane(windows, element);
+    if (lane < 0 && windows->lattice->changes.merged_count > 0) {
         take_mean(windows, element, turns);
         return;
     }
-    int from = element;
-    while (from >= 0 && cut_windows_lane(windows, from) < 0)
+    while (lane < 0) {
         from = cut_lattice_parent(windows->lattice, from);
-    const int lane = from < 0 ? 0 : cut_windows_lane(windows, from);
+        lane = from < 0 ? 0 : cut_windows_lane(windows, from);
+    }
     const double *turn = from < 0 ? NO_TURN : windows->runs.last[lane / LANES][lane % LANES];
     memcpy(turns->turn[element - turns->base], turn, sizeof NO_TURN);
     double *strain = windows->strain != NULL ? windows->strain[element - turns->base] : NULL;
