@@ -43,30 +43,63 @@ static int words_of(const CutLattice *lattice)
 // Returns the vertex at corner c of an element: that of the leaf there; -1: void.
 static int corner_of(const CutLattice *lattice, int element, int c)
 {
-    while (element >= 0 && lattice->divided[element])
-        element = element < lattice->level_first[1] ? -1 : cut_lattice_child(lattice, element, c);
-    return element < 0 ? -1 : cut_lattice_nodes(lattice, element)[c];
+    const int cells = lattice->level_first[1];
+    int parent = -1;
+    while (element >= 0 && lattice->divided[element]) {
+        parent = element;
+        element = element < cells ? -1 : cut_lattice_child(lattice, element, c);
+    }
+    if (element < 0)
+        return -1;
+    if (element < cells && parent >= 0 && lattice->family_row != NULL) // its row, but faster
+        return lattice->corner[lattice->family_row[parent - cells] + c][c];
+    return cut_lattice_nodes(lattice, element)[c];
+}
+
+// Adds vertices: rows_local without its decisions for each, since most of a sweep is this.
+static inline __attribute__((always_inline)) void add_of(Box *box, const Rows *rows, bool single,
+                                                         bool displaced, const void *row,
+                                                         const int *vertex, int count)
+{
+    Box own = *box;
+    for (int c = 0; c < count; c++) {
+        const long at = (long)vertex[c] * ROW;
+        const float *u = (const float *)row + at;
+        const double *x = (const double *)row + at, *rest = rows->rest[vertex[c]];
+        Vec3 place =
+            single ? vec3((double)u[0], (double)u[1], (double)u[2]) : vec3(x[0], x[1], x[2]);
+        if (displaced)
+            place = vec3_add(vec3(rest[0], rest[1], rest[2]), place);
+        box_add(&own, place);
+    }
+    *box = own;
+}
+
+static void add_vertices(Box *box, const Rows *rows, const void *row, const int *vertex, int count)
+{
+    if (rows->precision == PRECISION_SINGLE)
+        add_of(box, rows, true, true, row, vertex, count);
+    else
+        add_of(box, rows, false, rows->displaced, row, vertex, count);
 }
 
 static void add_corners(Box *box, const CutAdapt *adapt, const void *row, int element)
 {
     const CutElement *of = &adapt->lattice->element[element];
-    bool in_void = false;
     if (cut_lattice_is_leaf(adapt->lattice, element)) { // most are, and have all
-        const int *node = cut_lattice_nodes(adapt->lattice, element);
-        for (int c = 0; c < NODE_CORNERS; c++)
-            box_add(box, rows_local(adapt->rows, row, node[c]));
+        add_vertices(box, adapt->rows, row, cut_lattice_nodes(adapt->lattice, element),
+                     NODE_CORNERS);
         return;
     }
+    int vertex[NODE_CORNERS], count = 0;
     for (int c = 0; c < NODE_CORNERS; c++) {
-        const int vertex = corner_of(adapt->lattice, element, c);
-        if (vertex >= 0)
-            box_add(box, rows_local(adapt->rows, row, vertex));
-        in_void |= vertex < 0;
+        vertex[count] = corner_of(adapt->lattice, element, c);
+        count += vertex[count] >= 0;
     }
+    add_vertices(box, adapt->rows, row, vertex, count);
     // Of what is divided and partly filled the children tell how far it reaches.
     const int first = cut_lattice_first_child(adapt->lattice, element);
-    for (int k = 0; in_void && k < __builtin_popcount(of->children); k++)
+    for (int k = 0; count < NODE_CORNERS && k < __builtin_popcount(of->children); k++)
         add_corners(box, adapt, row, first + k);
 }
 
@@ -265,8 +298,8 @@ static void look_at_brick(CutAdapt *adapt, const void *row, int brick, unsigned 
     for (int e = window->first; e < window->end; e++) {
         const Box box = box_around(adapt, row, e);
         for (int d = 0; d < 3; d++) {
-            all.low[d] = fmin(all.low[d], box.low[d]);
-            all.high[d] = fmax(all.high[d], box.high[d]);
+            all.low[d] = box.low[d] < all.low[d] ? box.low[d] : all.low[d];
+            all.high[d] = box.high[d] > all.high[d] ? box.high[d] : all.high[d];
         }
         const unsigned near = paths == 0 ? 0 : paths & paths_near(adapt, &box, 0.0);
         if (near != 0)
