@@ -142,13 +142,14 @@ static void set_mass(CutMasses *masses, int vertex)
                 continue;
             mass += 0.125 * mass_of(masses, leaf[s]);
         } else {
-            bool counted = false; // an element may be in several slots
-            for (int t = 0; t < s; t++)
-                counted |= leaf[t] == leaf[s];
-            const int node = counted ? -1 : cut_lattice_node_at(lattice, leaf[s], point);
-            if (counted || cut_lattice_nodes(lattice, leaf[s])[node] != vertex)
+            // An element may be in several slots, then also in one beside this.
+            if (((s & 1) && leaf[s - 1] == leaf[s]) || ((s & 2) && leaf[s - 2] == leaf[s]) ||
+                ((s & 4) && leaf[s - 4] == leaf[s]))
                 continue;
-            mass += masses->share[cut_lattice_row(lattice, leaf[s])][node];
+            const int row = cut_lattice_row(lattice, leaf[s]),
+                      node = cut_lattice_node_at(lattice, leaf[s], point);
+            if (lattice->node[row][node] == vertex)
+                mass += masses->share[row][node];
         }
     }
     ASSERT(mass > 0.0);

@@ -371,12 +371,15 @@ static void pack_plain(CutWindows *windows, int batch, const uint64_t *key, int 
         put_plain(windows, batch, lane, NULL);
 }
 
-// Writes the numbers of `count` vertices, every `stride`-th; zeros for the rest of the `before`
-// vertices that were there.
+// Writes the numbers of a table, every `stride`-th, two at a time: their number is even. Zeros for
+// the rest of the `before` numbers that were there.
+_Static_assert(TABLE_HEAD % 2 == 0 && TABLE_ROW % 2 == 0, "numbers of a table");
 static void put_single(float *to, const float *number, int stride, int count, int before)
 {
-    for (int i = 0; i < count; i++)
+    for (int i = 0; i < count; i += 2) {
         to[i * stride] = number[i];
+        to[(i + 1) * stride] = number[i + 1];
+    }
     for (int i = count; i < before; i++)
         to[i * stride] = 0.0f;
 }
