@@ -167,7 +167,7 @@ static void find_by(const CutCarry *carry, const void *row, int leaf)
 
 void cut_carry_find(CutCarry *carry, int leaf)
 {
-    unsigned *known = &carry->known[leaf - carry->lattice->level_first[1]];
+    unsigned *known = &carry->known[cut_lattice_row(carry->lattice, leaf)];
     if (*known != carry->now)
         find_by(carry, vertices_row(carry->vertices), leaf);
     *known = carry->now;
@@ -186,7 +186,7 @@ void cut_carry_update_some(CutCarry *carry, const void *row, const int *leaf, in
     for (int k = 0; k < count; k++) {
         find_by(carry, row, leaf[k]);
         // Not where they are between ticks.
-        carry->known[leaf[k] - carry->lattice->level_first[1]] = carry->now - 1;
+        carry->known[cut_lattice_row(carry->lattice, leaf[k])] = carry->now - 1;
     }
 }
 
@@ -197,10 +197,10 @@ int cut_carry_list(CutCarry *carry, const int *vertex, int count, int *leaf)
     for (int k = 0; k < count; k++) {
         if (!cut_lattice_is_carried(carry->lattice, vertex[k]))
             continue;
-        const int own = carry->leaf_of[vertex[k]], at = own - carry->lattice->level_first[1];
-        if (carry->seen[at] != carry->stamp)
+        const int own = carry->leaf_of[vertex[k]], row = cut_lattice_row(carry->lattice, own);
+        if (carry->seen[row] != carry->stamp)
             leaf[found++] = own;
-        carry->seen[at] = carry->stamp;
+        carry->seen[row] = carry->stamp;
     }
     return found;
 }
@@ -239,7 +239,7 @@ void cut_carry_want_moves(CutCarry *carry, const char *name, Arena *arena)
 static bool is_known(const CutCarry *carry, int vertex)
 {
     const int leaf = carry->leaf_of[vertex];
-    return leaf >= 0 && carry->known[leaf - carry->lattice->level_first[1]] == carry->now;
+    return leaf >= 0 && carry->known[cut_lattice_row(carry->lattice, leaf)] == carry->now;
 }
 
 void cut_carry_note_move(CutCarry *carry, int vertex)
@@ -283,23 +283,23 @@ static unsigned middles_of(CarrySite site)
     return need | (points >> CENTRE & 1) << MIDDLES;
 }
 
-static void leave_list(CutCarry *carry, int at)
+static void leave_list(CutCarry *carry, int row)
 {
-    if (carry->place[at] < 0)
+    if (row < 0 || carry->place[row] < 0)
         return;
     const int last = carry->leaf[--carry->leaf_count];
-    carry->leaf[carry->place[at]] = last;
-    carry->place[last - carry->lattice->level_first[1]] = carry->place[at];
-    carry->place[at] = -1;
+    carry->leaf[carry->place[row]] = last;
+    carry->place[cut_lattice_row(carry->lattice, last)] = carry->place[row];
+    carry->place[row] = -1;
 }
 
 // Finds the carried vertices of a leaf again.
 static void settle(CutCarry *carry, int leaf)
 {
     const CutLattice *lattice = carry->lattice;
-    const int at = leaf - lattice->level_first[1];
+    const int at = leaf - lattice->level_first[1], row = cut_lattice_row(lattice, leaf);
     int point[3], count = 0;
-    carry->need[at] = 0;
+    carry->need[row] = 0;
     for (int k = carry->first[at]; k < carry->end[at]; k++) {
         const int v = carry->vertex[k];
         carry->leaf_of[v] = -1;
@@ -309,28 +309,34 @@ static void settle(CutCarry *carry, int leaf)
         cut_lattice_point(lattice, v, point);
         carry->leaf_of[v] = leaf;
         carry->site[k] = site_in(lattice, leaf, point);
-        carry->need[at] |= middles_of(carry->site[k]);
+        carry->need[row] |= middles_of(carry->site[k]);
         count++;
     }
-    leave_list(carry, at);
+    leave_list(carry, row);
     if (count == 0)
         return;
-    carry->place[at] = carry->leaf_count;
+    carry->place[row] = carry->leaf_count;
     carry->leaf[carry->leaf_count++] = leaf;
 }
 
-// The same of the leaf that a kept vertex belongs to, once in a change.
+// The same once in a change, of leaves that can carry.
+static void settle_once(CutCarry *carry, int leaf)
+{
+    if (cut_parts_is_cell(carry->lattice, leaf))
+        return;
+    unsigned *seen = &carry->seen[cut_lattice_row(carry->lattice, leaf)];
+    if (*seen != carry->stamp)
+        settle(carry, leaf);
+    *seen = carry->stamp;
+}
+
+// The same of the leaf that a kept vertex belongs to.
 static void settle_of(CutCarry *carry, int vertex)
 {
     const CutLattice *lattice = carry->lattice;
     if (vertex >= lattice->kept_end || carry->rank[vertex] < 0)
         return;
-    const int leaf = cut_lattice_leaf_of(lattice, carry->cell[carry->rank[vertex]]);
-    const int at = leaf - lattice->level_first[1];
-    if (at < 0 || carry->seen[at] == carry->stamp)
-        return;
-    carry->seen[at] = carry->stamp;
-    settle(carry, leaf);
+    settle_once(carry, cut_lattice_leaf_of(lattice, carry->cell[carry->rank[vertex]]));
 }
 
 void cut_carry_before(CutCarry *carry, int element)
@@ -341,7 +347,7 @@ void cut_carry_before(CutCarry *carry, int element)
     for (int b = 0; b < 64; b++) {
         const int leaf = around.leaf[b / 16][b / 4 % 4][b % 4];
         const int at = leaf - carry->lattice->level_first[1];
-        if (leaf < 0 || at < 0 || carry->place[at] < 0)
+        if (leaf < 0 || at < 0 || carry->place[cut_lattice_row(carry->lattice, leaf)] < 0)
             continue;
         cut_carry_find(carry, leaf);
         for (int i = carry->first[at]; i < carry->end[at] && merges; i++)
@@ -373,17 +379,13 @@ void cut_carry_follow(CutCarry *carry)
         const int element = changes->element[i], at = element - lattice->level_first[1];
         if (at < 0 || cut_lattice_is_leaf(lattice, element))
             continue;
-        leave_list(carry, at);
+        leave_list(carry, cut_lattice_row(lattice, element));
         for (int k = carry->first[at]; k < carry->end[at]; k++)
             carry->leaf_of[carry->vertex[k]] = -1;
     }
-    for (int i = 0; i < changes->element_count; i++) {
-        const int element = changes->element[i], at = element - lattice->level_first[1];
-        if (at < 0 || carry->seen[at] == carry->stamp || !cut_lattice_is_leaf(lattice, element))
-            continue;
-        carry->seen[at] = carry->stamp;
-        settle(carry, element);
-    }
+    for (int i = 0; i < changes->element_count; i++)
+        if (cut_lattice_is_leaf(lattice, changes->element[i]))
+            settle_once(carry, changes->element[i]);
     // Vertices that ended or came back may belong to leaves that have not changed.
     for (int i = 0; i < changes->ended_count; i++)
         settle_of(carry, changes->ended[i].vertex);
@@ -404,7 +406,7 @@ void cut_carry_derive(CutCarry *carry)
 {
     const CutLattice *lattice = carry->lattice;
     const int cells = lattice->level_first[1], larger = lattice->element_count - cells;
-    memset(carry->place, -1, (size_t)larger * sizeof *carry->place);
+    memset(carry->place, -1, (size_t)lattice->most_larger * sizeof *carry->place);
     memset(carry->leaf_of, -1, (size_t)lattice->kept_end * sizeof *carry->leaf_of);
     carry->leaf_count = 0;
     for (int at = 0; at < larger; at++)
@@ -507,11 +509,12 @@ void cut_carry_create(CutCarry *carry, const CutMasses *masses, const char *name
     carry->end = ALLOCATE(ARENA_STEP, larger, int, "last kept vertices");
     carry->leaf_of = ALLOCATE(ARENA_STEP, kept, int, "elements of carried vertices");
     carry->site = ALLOCATE(ARENA_STEP, kept, CarrySite, "sites of carried vertices");
-    carry->need = ALLOCATE(ARENA_STEP, larger, unsigned, "middles of carrying elements");
-    carry->place = ALLOCATE(ARENA_TOPOLOGY, larger, int, "places of carrying elements");
-    carry->leaf = ALLOCATE(ARENA_STEP, lattice->most_larger, int, "carrying elements");
-    carry->seen = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned, "elements that were looked at");
-    carry->known = ALLOCATE(ARENA_STEP, larger, unsigned, "elements with known vertices");
+    const int leaves = lattice->most_larger;
+    carry->need = ALLOCATE(ARENA_STEP, leaves, unsigned, "middles of carrying elements");
+    carry->place = ALLOCATE(ARENA_TOPOLOGY, leaves, int, "places of carrying elements");
+    carry->leaf = ALLOCATE(ARENA_STEP, leaves, int, "carrying elements");
+    carry->seen = ALLOCATE(ARENA_TOPOLOGY, leaves, unsigned, "elements that were looked at");
+    carry->known = ALLOCATE(ARENA_STEP, leaves, unsigned, "elements with known vertices");
     carry->row = arena_allocate(arena, ARENA_STEP, ROW * (size_t)kept,
                                 rows_real_size(&vertices->rows), "%s/carried rows", name);
     list_weights(carry, name, arena);

@@ -60,19 +60,19 @@ typedef struct CutCarry {
     int *leaf_of;       // [kept_end] the element; -1: not carried
     CarrySite *site;    // [vertex_count] where it is carried
     float (*weight)[4]; // [shares] constant: of the four points of a site; exact
-    unsigned *need;     // [element - level_first[1]] bit m: its vertices follow from middle m
-    int *place;         // [element - level_first[1]] in `leaf`; -1: it is not there
+    unsigned *need;     // [cut_lattice_row] bit m: its vertices follow from middle m
+    int *place;         // [cut_lattice_row] in `leaf`; -1: it is not there
     int *leaf;          // leaves with carried vertices, in no order that matters
     int leaf_count;
     // --- derived from the rows of elements' vertices ---
     void *row;            // Real [kept_end][ROW] where carried vertices are (rows.h)
-    unsigned *known, now; // [element - level_first[1]] of its carried vertices that is so: now
+    unsigned *known, now; // [cut_lattice_row] of its carried vertices that is so: now
     // --- of the current change ---
     CarryMove *move; // [kept_end] NULL: nobody wants to know
     int *moved;      // [kept_end] 1 + its place in `move`; 0: it is not there
     int move_count;
     // --- scratch ---
-    unsigned *seen, stamp; // [element - level_first[1]]; the stamp goes round in days
+    unsigned *seen, stamp; // [cut_lattice_row]; the stamp goes round in days
 } CutCarry;
 
 // Load time.
@@ -112,7 +112,7 @@ static inline const void *cut_carry_rows(CutCarry *carry, const void *row, int v
     if (carry == NULL || vertex >= carry->lattice->kept_end || carry->leaf_of[vertex] < 0)
         return row;
     const int leaf = carry->leaf_of[vertex];
-    if (carry->known[leaf - carry->lattice->level_first[1]] != carry->now)
+    if (carry->known[cut_lattice_row(carry->lattice, leaf)] != carry->now)
         cut_carry_find(carry, leaf);
     return carry->row;
 }

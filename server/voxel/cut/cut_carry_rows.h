@@ -63,7 +63,8 @@ static void UPDATE(const CutCarry *carry, int leaf, const REAL *row)
     REAL *to = carry->row;
     PART point[POINTS][PARTS] = {{{0}}};
     const int at = leaf - carry->lattice->level_first[1];
-    FILL(cut_lattice_nodes(carry->lattice, leaf), row, carry->need[at], PARTS, point);
+    const unsigned need = carry->need[cut_lattice_row(carry->lattice, leaf)];
+    FILL(cut_lattice_nodes(carry->lattice, leaf), row, need, PARTS, point);
     const float(*weight)[4] = (const float(*)[4])carry->weight;
     for (int k = carry->first[at]; k < carry->end[at]; k++)
         if (carry->site[k].at[0] >= 0)
@@ -94,7 +95,8 @@ static inline __attribute__((always_inline)) void SHOW_PARTS(const CutCarry *car
     const float(*weight)[4] = (const float(*)[4])carry->weight;
     for (int n = 0; n < carry->leaf_count; n++) {
         const int leaf = carry->leaf[n], at = leaf - lattice->level_first[1], end = carry->end[at];
-        FILL(cut_lattice_nodes(lattice, leaf), row, carry->need[at], parts, point);
+        const unsigned need = carry->need[cut_lattice_row(lattice, leaf)];
+        FILL(cut_lattice_nodes(lattice, leaf), row, need, parts, point);
         find_rest(carry, leaf, at_rest);
         for (int k = carry->first[at]; k < end; k++) {
             // What is written is scattered: fetch ahead.
