@@ -345,21 +345,19 @@ static void create_scratch(CutWindows *windows, const char *name, Arena *arena)
         ALLOCATE(ARENA_TOPOLOGY, bits_words(windows->group_count), uint64_t, "groups in use");
 }
 
-// Numbers a class for each partly filled element that may come, behind those of whole ones.
+// Creates room for a class of each partly filled leaf, behind those of whole ones.
 static void create_classes(CutWindows *windows, const WindowOptions *options, Arena *arena)
 {
     const CutLattice *lattice = windows->lattice;
     const char *name = options->name;
-    const int first = lattice->level_first[1], larger = lattice->element_count - first;
-    int count = (lattice->levels + 1) * options->material_count * (options->stiff != NULL ? 2 : 1);
+    const int whole =
+        (lattice->levels + 1) * options->material_count * (options->stiff != NULL ? 2 : 1);
+    windows->whole_classes = whole;
     windows->runs.classes = options->classes;
-    if (!lattice->adapts)
+    if (!lattice->adapts || cut_shape_count_parts(lattice) == 0)
         return;
-    windows->own_class = ALLOCATE(ARENA_TOPOLOGY, larger, int, "own classes");
-    const int whole = count;
-    for (int k = 0; k < larger; k++)
-        windows->own_class[k] = cut_shape_may_be_part(lattice, first + k) ? count++ : -1;
-    windows->classes = ALLOCATE(ARENA_STEP, count, ElementClass, "element classes");
+    windows->classes =
+        ALLOCATE(ARENA_STEP, whole + lattice->most_larger, ElementClass, "element classes");
     memcpy(windows->classes, options->classes, (size_t)whole * sizeof *windows->classes);
     windows->runs.classes = windows->classes;
 }

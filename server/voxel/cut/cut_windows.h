@@ -65,9 +65,7 @@ typedef struct CutWindows {
     TemplateCache *templates;
     int material_count;
     const unsigned char *stiff; // [element] or NULL; as in the options
-    // [element - level_first[1]] class of a partly filled element, in `classes`; -1: it is whole.
-    // NULL: the body does not adapt
-    int *own_class;
+    int whole_classes;         // those of partly filled leaves come after these, by cut_lattice_row
     int capacity[BATCH_KINDS]; // batches
     int group_count;
     WindowGroup *group;
@@ -88,7 +86,7 @@ typedef struct CutWindows {
     TemplateKey (*hanging_shape)[LANES]; // [hanging] shape of each lane; in full batches the first
                                          // holds for all
     RestTable *tables;                   // [hanging] with tables of their own
-    ElementClass *classes; // those of the options, then those of partly filled elements; NULL: none
+    ElementClass *classes; // those of the options, then those of partly filled leaves; NULL: none
     int *lane; // [cut_lattice_place_of_row] batch * LANES + lane, hanging batches numbered after
                // the plain ones; -1: not a leaf
     // What a window leaves to its group: plain ones, then hanging ones, ascending keys, starting at
@@ -115,10 +113,9 @@ static inline int cut_windows_class_of_whole(const CutWindows *windows, int elem
 // Returns the class of a leaf.
 static inline int cut_windows_class(const CutWindows *windows, int element)
 {
-    const int first = windows->lattice->level_first[1];
-    const int own =
-        windows->own_class != NULL && element >= first ? windows->own_class[element - first] : -1;
-    return own >= 0 ? own : cut_windows_class_of_whole(windows, element);
+    return cut_shape_is_partial(windows->lattice, element)
+               ? windows->whole_classes + cut_lattice_row(windows->lattice, element)
+               : cut_windows_class_of_whole(windows, element);
 }
 
 // Returns the lane of an element; -1: it is no leaf.
