@@ -178,11 +178,10 @@ bool cut_blades_find(CutBlades *blades, const void *row, double tick, const CutS
 static void create_scratch(CutBlades *blades, const char *name, bool sparse, Arena *arena)
 {
     const size_t places = (size_t)blades->place_most;
-    blades->whole.centre = arena_allocate(arena, ARENA_CONTACT, places,
-                                          sizeof *blades->whole.centre, "%s/centres", name);
-    blades->whole.stamp = ALLOCATE(ARENA_CONTACT, places, int, "stamps of centres");
     blades->before = arena_allocate(arena, ARENA_CONTACT, places, sizeof *blades->before,
                                     "%s/centres before", name);
+    blades->whole.centre = blades->before; // a command knows of no motion
+    blades->whole.stamp = ALLOCATE(ARENA_CONTACT, places, int, "stamps of centres");
     blades->code_stamp = ALLOCATE(ARENA_CONTACT, places, int, "stamps of codes");
     blades->code = ALLOCATE(ARENA_CONTACT, places, unsigned char, "codes");
     if (!sparse)
@@ -234,7 +233,8 @@ void cut_blades_create(CutBlades *blades, const char *name, const CutLattice *la
                      int, "larger elements met");
     blades->vertex_code =
         ALLOCATE(ARENA_CONTACT, lattice->vertex_capacity, unsigned short, "codes of vertices");
-    blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");
+    if (!sparse)
+        blades->near_code = ALLOCATE(ARENA_CONTACT, cells, unsigned short, "codes of elements");
     blades->brick = ALLOCATE(ARENA_CONTACT, blades->brick_count, int, "bricks near");
 }
 

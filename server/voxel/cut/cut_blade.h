@@ -68,8 +68,9 @@ typedef struct CutBlades {
     unsigned char *code;         // [place]
     int last_code;               // stamp
     unsigned short *vertex_code; // [vertex] outside which sides of a command's sweep
-    unsigned short *near_code;   // [cell] sides that its whole element is outside of
-    int *brick;                  // [brick_count] bricks that the sweep may meet
+    unsigned short *near_code; // [cell] sides that its whole element is outside of. NULL: those of
+                               // each leaf are found when they are needed
+    int *brick;                // [brick_count] bricks that the sweep may meet
 } CutBlades;
 
 // Load time. The arena owns the arrays.

@@ -365,7 +365,8 @@ void cut_near_find_codes(BladeSearch *search)
     CutBlades *blades = search->blades;
     find_vertex_codes(search);
     unsigned code = 0;
-    for (int cell = 0, before = -1; cell < blades->cell_count; cell++) {
+    for (int cell = 0, before = -1; cell < blades->cell_count && blades->near_code != NULL;
+         cell++) {
         const int leaf = cut_lattice_leaf_of(blades->lattice, cell);
         if (leaf != before)
             code = code_of_leaf(blades, leaf);
@@ -428,11 +429,23 @@ static void next_codes(BladeSearch *search)
     search->stamp = ++blades->last_code;
 }
 
-// Offers the links of one cell. False: one is undecided.
-static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
+// Returns the sides that the leaf of a cell is outside of.
+static unsigned near_code_of(const CutBlades *blades, int cell)
+{
+    return blades->near_code != NULL
+               ? blades->near_code[cell]
+               : code_of_leaf(blades, cut_lattice_leaf_of(blades->lattice, cell));
+}
+
+// Offers the links of one cell. `clear`: level of its leaf, if that cannot be met; else 0. False:
+// one is undecided.
+static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell, int clear)
 {
     CutBlades *blades = search->blades;
     for (int axis = 0; axis < 3; axis++) {
+        // Links within such a leaf.
+        if (clear > 0 && (blades->lattice->element[cell].cell[axis] + 1) % (1 << clear) != 0)
+            continue;
         const int beyond = cut_near_beyond(blades, cell, axis);
         const bool broken = blades->lattice->broken[cell] >> axis & 1;
         // Skip links to void, and broken ones unless their meeting must be reported.
@@ -441,7 +454,7 @@ static bool offer_cell(BladeSearch *search, LinkFinder *links, int cell)
                         cut_lattice_is_gone(blades->lattice, beyond))))
             continue;
         if (search->whole) {
-            if (is_clear(blades->near_code[cell] & blades->near_code[beyond]))
+            if (is_clear(near_code_of(blades, cell) & near_code_of(blades, beyond)))
                 continue;
             look_at(search, cell);
             look_at(search, beyond);
@@ -467,15 +480,21 @@ bool cut_near_offer(LinkFinder *links, void *model)
     cut_near_set_edge(search, links->edge);
     next_codes(search);
     // Commands: of all cells. Strokes: of the bricks near.
-    for (int cell = 0; search->whole && cell < blades->cell_count; cell++)
-        if (!offer_cell(search, links, cell))
+    for (int cell = 0, clear = 0, leaf = -1; search->whole && cell < blades->cell_count; cell++) {
+        const int before = leaf;
+        if (blades->near_code == NULL)
+            leaf = cut_lattice_leaf_of(blades->lattice, cell);
+        if (leaf != before)
+            clear = is_clear(near_code_of(blades, cell)) ? blades->lattice->element[leaf].level : 0;
+        if (!offer_cell(search, links, cell, clear))
             return false;
+    }
     for (int k = 0; k < search->brick_count; k++) {
         if (!brick_may_meet(search, blades->brick[k]))
             continue;
         const CutWindow *brick = &blades->lattice->window[blades->brick[k]];
         for (int cell = brick->first; cell < brick->end; cell++)
-            if (!offer_cell(search, links, cell))
+            if (!offer_cell(search, links, cell, 0))
                 return false;
     }
     return true;
