@@ -85,7 +85,6 @@ static void add_vertices(Box *box, const Rows *rows, const void *row, const int 
 
 static void add_corners(Box *box, const CutAdapt *adapt, const void *row, int element)
 {
-    const CutElement *of = &adapt->lattice->element[element];
     if (cut_lattice_is_leaf(adapt->lattice, element)) { // most are, and have all
         add_vertices(box, adapt->rows, row, cut_lattice_nodes(adapt->lattice, element),
                      NODE_CORNERS);
@@ -99,7 +98,8 @@ static void add_corners(Box *box, const CutAdapt *adapt, const void *row, int el
     add_vertices(box, adapt->rows, row, vertex, count);
     // Of what is divided and partly filled the children tell how far it reaches.
     const int first = cut_lattice_first_child(adapt->lattice, element);
-    for (int k = 0; count < NODE_CORNERS && k < __builtin_popcount(of->children); k++)
+    const unsigned children = cut_lattice_children(adapt->lattice, element);
+    for (int k = 0; count < NODE_CORNERS && k < __builtin_popcount(children); k++)
         add_corners(box, adapt, row, first + k);
 }
 
@@ -266,7 +266,7 @@ static void look_at(CutAdapt *adapt, const void *row, int element, unsigned path
         look_at_leaf(adapt, row, element, paths);
         return;
     }
-    const int count = __builtin_popcount(of->children);
+    const int count = __builtin_popcount(cut_lattice_children(lattice, element));
     const int child = cut_lattice_first_child(lattice, element);
     for (int k = 0; k < count && of->level > 1; k++)
         look_at(adapt, row, child + k, paths);
@@ -537,7 +537,7 @@ static void find_family(CutAdapt *adapt, int element)
     const CutElement *of = &lattice->element[element];
     bool could = lattice->divided[element] && of->mergeable;
     const int child = cut_lattice_first_child(lattice, element);
-    const int count = __builtin_popcount(of->children);
+    const int count = __builtin_popcount(cut_lattice_children(lattice, element));
     for (int k = 0; k < count && could; k++)
         could = !lattice->divided[child + k];
     if (could)

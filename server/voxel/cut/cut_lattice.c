@@ -85,7 +85,6 @@ static void number_window(CutLattice *lattice, const Layout *layout, int level, 
             .cell = {(short)(i << level), (short)(j << level), (short)(k << level)},
             .level = (unsigned char)level,
             .material = leaf >= 0 ? layout->leaf[leaf].material : 0,
-            .children = (unsigned char)children_of(lattice, level, i, j, k),
         };
     }
     // Empty windows do not exist.
@@ -118,11 +117,15 @@ static void number_elements(CutLattice *lattice, const Layout *layout)
 static void gather_from_children(CutLattice *lattice, int e)
 {
     CutElement *element = &lattice->element[e];
-    const int level = element->level - 1;
+    const int level = element->level - 1, at = e - lattice->level_first[1];
+    const unsigned children =
+        children_of(lattice, level + 1, element->cell[0] >> (level + 1),
+                    element->cell[1] >> (level + 1), element->cell[2] >> (level + 1));
     bool first = true;
-    element->whole = element->children == 0xff;
+    lattice->children[at] = (unsigned char)children;
+    element->whole = children == 0xff;
     for (int c = 0; c < 8; c++) {
-        if (!(element->children >> c & 1))
+        if (!(children >> c & 1))
             continue;
         const int number = cut_lattice_block(lattice, level, (element->cell[0] >> level) + (c & 1),
                                              (element->cell[1] >> level) + (c >> 1 & 1),
@@ -130,7 +133,7 @@ static void gather_from_children(CutLattice *lattice, int e)
         const CutElement *child = &lattice->element[number];
         if (first) {
             element->material = child->material;
-            lattice->child[e - lattice->level_first[1]] = number;
+            lattice->child[at] = number;
         }
         first = false;
         element->whole &= child->whole;
@@ -138,7 +141,9 @@ static void gather_from_children(CutLattice *lattice, int e)
             element->material = 0;
         // Of its six faces three are on the border of the element.
         for (int d = 0; d < 3; d++)
-            element->meets |= child->meets & (unsigned char)(1 << (2 * d + (c >> d & 1)));
+            lattice->meets[at] |=
+                (unsigned char)(cut_parts_meets(lattice, number, 2 * d + (c >> d & 1))
+                                << (2 * d + (c >> d & 1)));
     }
 }
 
@@ -146,13 +151,10 @@ static void gather_families(CutLattice *lattice)
 {
     for (int e = 0; e < lattice->element_count; e++) {
         CutElement *element = &lattice->element[e];
-        if (element->level == 0) {
+        if (element->level == 0)
             element->whole = true;
-            for (int d = 0; d < 6; d++)
-                element->meets |= (unsigned char)((cut_lattice_across(lattice, e, d) >= 0) << d);
-        } else {
+        else
             gather_from_children(lattice, e);
-        }
     }
 }
 
@@ -199,7 +201,10 @@ static void create_elements(CutLattice *lattice, const char *name, const VoxelMa
     // Numbers first: parents and children follow from them.
     number_elements(lattice, layout);
     ASSERT(lattice->element_count == elements);
-    lattice->child = ALLOCATE(ARENA_TOPOLOGY, elements - lattice->level_first[1], int, "children");
+    const int larger = elements - lattice->level_first[1];
+    lattice->child = ALLOCATE(ARENA_TOPOLOGY, larger, int, "first children");
+    lattice->children = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned char, "children");
+    lattice->meets = ALLOCATE(ARENA_TOPOLOGY, larger, unsigned char, "faces that meet");
     gather_families(lattice);
 }
 

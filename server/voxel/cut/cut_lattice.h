@@ -53,14 +53,12 @@ enum { CUT_REMOVE_MOST = 64 }; // cells that go in one change
 // Constant.
 typedef struct CutElement {
     short cell[3]; // its lowest cell
-    unsigned char level;
-    unsigned char material;  // of all its cells; 0: of several
-    unsigned char children;  // bit c: child c exists: it has a solid cell
-    unsigned char meets : 6; // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
-    unsigned char whole : 1; // all its cells are solid
+    unsigned char level : 3;
+    unsigned char whole : 1;     // all its cells are solid
     unsigned char mergeable : 1; // it may be a leaf: in a body that adapts, at any time
+    unsigned char material;      // of all its cells; 0: of several
 } CutElement;
-_Static_assert(sizeof(CutElement) == 10, "there are as many as cells");
+_Static_assert(sizeof(CutElement) == 8 && VOXEL_LEVELS_MAX < 8, "there are as many as cells");
 
 // Elements [first, end) of one level in one aligned block; empty windows do not exist.
 typedef struct CutWindow {
@@ -123,7 +121,10 @@ typedef struct CutLattice {
     int element_count;                     // that can ever exist
     int level_first[VOXEL_LEVELS_MAX + 2]; // first element of each level
     CutElement *element;                   // [element_count]
-    int *child;                            // [element - level_first[1]] first one that exists
+    // Of elements of level 1 or more, [element - level_first[1]]
+    int *child;              // first one that exists
+    unsigned char *children; // bit c: child c exists: it has a solid cell
+    unsigned char *meets;    // bit d (-x, +x, -y, +y, -z, +z): across that face solid cells meet
     int *lut[VOXEL_LEVELS_MAX + 1]; // [level][block of 2^level cells, x fastest]: element or -1
     int window_count;
     CutWindow *window; // by level
@@ -211,6 +212,12 @@ static inline int cut_lattice_first_child(const CutLattice *lattice, int element
     const int cells = lattice->level_first[1];
     return element < cells ? -1 : lattice->child[element - cells];
 }
+// Returns which children of an element exist: bits, none of one of level 0.
+static inline unsigned cut_lattice_children(const CutLattice *lattice, int element)
+{
+    const int cells = lattice->level_first[1];
+    return element < cells ? 0 : lattice->children[element - cells];
+}
 
 static inline bool cut_lattice_is_leaf(const CutLattice *lattice, int element)
 {
@@ -222,13 +229,13 @@ static inline int cut_lattice_child(const CutLattice *lattice, int element, int 
 {
     const CutElement *of = &lattice->element[element];
     const int level = of->level - 1;
-    if (of->children == 0xff) // faster
+    const unsigned children = cut_lattice_children(lattice, element);
+    if (children == 0xff) // faster
         return cut_lattice_first_child(lattice, element) + c;
-    return of->children >> c & 1
-               ? cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
-                                   (of->cell[1] >> level) + (c >> 1 & 1),
-                                   (of->cell[2] >> level) + (c >> 2))
-               : -1;
+    return children >> c & 1 ? cut_lattice_block(lattice, level, (of->cell[0] >> level) + (c & 1),
+                                                 (of->cell[1] >> level) + (c >> 1 & 1),
+                                                 (of->cell[2] >> level) + (c >> 2))
+                             : -1;
 }
 // Returns which child of its parent an element is.
 static inline int cut_lattice_which(const CutLattice *lattice, int element)

@@ -39,9 +39,7 @@ static bool divisions_are_valid(const CutLattice *lattice)
 {
     // Only what has children is divided, and only inside of what is divided.
     for (int e = 0; e < lattice->element_count; e++) {
-        const CutElement *element = &lattice->element[e];
-        const bool may =
-            cut_parts_is_cell(lattice, e) ? lattice->removable : element->children != 0;
+        const bool may = lattice->removable || !cut_parts_is_cell(lattice, e);
         if (lattice->divided[e] > 1 || (lattice->divided[e] && !may))
             return false;
         const int parent = cut_lattice_parent(lattice, e);

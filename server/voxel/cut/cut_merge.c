@@ -95,7 +95,7 @@ static void gather_points(const Allowing *allowing, const CutElement *element, u
 static bool hangs_together(const CutLattice *lattice, int element)
 {
     int child[8];
-    unsigned seen = 0, all = lattice->element[element].children;
+    unsigned seen = 0, all = cut_lattice_children(lattice, element);
     for (int c = 0; c < 8; c++) {
         child[c] = cut_lattice_child(lattice, element, c);
         if (child[c] >= 0 && !cut_parts_is_cell(lattice, child[c]) &&
@@ -106,7 +106,7 @@ static bool hangs_together(const CutLattice *lattice, int element)
     for (int round = 0; round < 8; round++)
         for (int c = 0; c < 8; c++)
             for (int d = 0; d < 3 && (seen >> c & 1); d++)
-                if (lattice->element[child[c]].meets >> (2 * d + (~c >> d & 1)) & 1)
+                if (cut_parts_meets(lattice, child[c], 2 * d + (~c >> d & 1)))
                     seen |= 1u << (c ^ 1 << d);
     return seen == all;
 }
@@ -181,7 +181,7 @@ static bool holds_by_corners(const Allowing *allowing, int number)
             }
     // Its children hold as their cells do.
     const int first = cut_lattice_first_child(lattice, number);
-    for (int k = 0; k < __builtin_popcount(element->children); k++) {
+    for (int k = 0; k < __builtin_popcount(cut_lattice_children(lattice, number)); k++) {
         unsigned own;
         if (held_corners(allowing, &lattice->element[first + k], &own) != 0 && own == axes)
             return true;
@@ -268,7 +268,7 @@ bool cut_lattice_can_merge(const CutLattice *lattice, int element)
     if (!lattice->adapts || parent->level == 0 || !parent->mergeable || !lattice->divided[element])
         return false;
     const int first = cut_lattice_first_child(lattice, element);
-    for (int c = first; c < first + __builtin_popcount(parent->children); c++)
+    for (int c = first; c < first + __builtin_popcount(cut_lattice_children(lattice, element)); c++)
         if (lattice->divided[c] || lattice->mark[c] & CUT_MERGED)
             return false;
     // Where a child must be divided the element must be, too. It has at most one vertex more at
@@ -305,7 +305,7 @@ static void hand_up(CutLattice *lattice, int element)
 void cut_lattice_merge(CutLattice *lattice, int element)
 {
     const CutElement *parent = &lattice->element[element];
-    const int children = __builtin_popcount(parent->children);
+    const int children = __builtin_popcount(cut_lattice_children(lattice, element));
     ASSERT(cut_lattice_can_merge(lattice, element));
     if (lattice->carry != NULL)
         cut_carry_before(lattice->carry, element);

@@ -178,7 +178,6 @@ static const double NO_TURN[4] = {1.0, 0.0, 0.0, 0.0}, NO_STRAIN[RELAXATION_NUMB
 static void take_mean(const CutWindows *windows, int element, Turns *turns)
 {
     const CutLattice *lattice = windows->lattice;
-    const CutElement *of = &lattice->element[element];
     memcpy(turns->turn[element - turns->base], NO_TURN, sizeof NO_TURN);
     if (windows->strain == NULL)
         return;
@@ -186,7 +185,7 @@ static void take_mean(const CutWindows *windows, int element, Turns *turns)
     const double by = 1.0 / cut_shape_cells(lattice, element);
     const int first = cut_lattice_first_child(lattice, element);
     memset(mean, 0, sizeof strain);
-    for (int k = 0; k < __builtin_popcount(of->children); k++) {
+    for (int k = 0; k < __builtin_popcount(cut_lattice_children(lattice, element)); k++) {
         memset(strain, 0, sizeof strain);
         relaxation_take(windows->runs.relaxation, cut_windows_lane(windows, first + k), strain);
         for (int n = 0; n < RELAXATION_NUMBERS; n++)

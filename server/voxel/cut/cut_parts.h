@@ -72,6 +72,14 @@ static inline bool cut_parts_is_cell(const CutLattice *lattice, int element)
     return element < lattice->level_first[1];
 }
 
+// True if somewhere across a face of an element (-x, +x, -y, +y, -z, +z) solid cells meet, at load.
+static inline bool cut_parts_meets(const CutLattice *lattice, int element, int direction)
+{
+    return cut_parts_is_cell(lattice, element)
+               ? cut_lattice_across(lattice, element, direction) >= 0
+               : lattice->meets[element - lattice->level_first[1]] >> direction & 1;
+}
+
 static inline int *cut_parts_nodes(CutLattice *lattice, int element)
 {
     const int row = cut_lattice_row(lattice, element);

@@ -62,8 +62,9 @@ typedef struct CutAround {
 // axis: the smaller one knows.
 static bool meet(const CutLattice *lattice, int low, int high, int axis)
 {
-    const CutElement *a = &lattice->element[low], *b = &lattice->element[high];
-    return a->level <= b->level ? a->meets >> (2 * axis + 1) & 1 : b->meets >> 2 * axis & 1;
+    return lattice->element[low].level <= lattice->element[high].level
+               ? cut_parts_meets(lattice, low, 2 * axis + 1)
+               : cut_parts_meets(lattice, high, 2 * axis);
 }
 
 // The same as `parts_at` where a leaf is partly filled.

@@ -17,7 +17,7 @@ int cut_shape_cells(const CutLattice *lattice, int element)
     if (!cut_shape_is_partial(lattice, element))
         return 1 << 3 * of->level;
     int cells = 0;
-    for (int k = 0; k < __builtin_popcount(of->children); k++)
+    for (int k = 0; k < __builtin_popcount(cut_lattice_children(lattice, element)); k++)
         cells += cut_shape_cells(lattice, cut_lattice_first_child(lattice, element) + k);
     return cells;
 }

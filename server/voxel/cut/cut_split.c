@@ -232,7 +232,8 @@ static bool fits(CutLattice *lattice, int element)
 {
     const int room = cut_parts_room(lattice);
     const CutElement *parent = &lattice->element[element];
-    if (!cut_parts_allow(lattice, parent->level - 1, __builtin_popcount(parent->children)))
+    if (!cut_parts_allow(lattice, parent->level - 1,
+                         __builtin_popcount(cut_lattice_children(lattice, element))))
         return false;
     if (room >= MOST_BIRTHS)
         return true;
@@ -330,7 +331,7 @@ static void divide(CutLattice *lattice, int element)
 {
     const int level = lattice->element[element].level,
               child = cut_lattice_first_child(lattice, element);
-    const int children = __builtin_popcount(lattice->element[element].children);
+    const int children = __builtin_popcount(cut_lattice_children(lattice, element));
     if (lattice->carry != NULL)
         cut_carry_before(lattice->carry, element);
     // The bit and the counts.
