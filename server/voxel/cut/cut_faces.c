@@ -603,16 +603,25 @@ void cut_faces_report(const CutFaces *faces, Body *body)
     body->mesh.triangle_count = 2 * (int)*faces->shown;
 }
 
+// Counts the two sides of a face that broke, unless it is listed again.
+static void count_face(CutFaces *faces, const int face[2])
+{
+    const unsigned bit = 1u << face[1];
+    if (faces->counted != NULL && (faces->counted[face[0]] & bit))
+        return;
+    faces->wall_count += 2;
+    if (faces->counted != NULL)
+        faces->counted[face[0]] |= (unsigned char)bit;
+}
+
 bool cut_faces_follow(CutFaces *faces, bool pieces_came, Body *body, TopologyChange *change)
 {
     const CutChanges *changes = &faces->lattice->changes;
     *change = (TopologyChange){.again = false};
     follow_births(faces, change);
     const bool renamed = follow_ends(faces);
-    for (int f = 0; f < changes->face_count; f++) // the bit of faces listed again is not new
-        faces->wall_count += faces->counted[changes->face[f][0]] >> changes->face[f][1] & 1 ? 0 : 2;
     for (int f = 0; f < changes->face_count; f++)
-        faces->counted[changes->face[f][0]] |= (unsigned char)(1 << changes->face[f][1]);
+        count_face(faces, changes->face[f]);
     const bool ended = changes->lost_count > 0;
     if (ended)
         follow_removal(faces, change);

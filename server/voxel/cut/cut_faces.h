@@ -46,7 +46,8 @@ typedef struct CutFaces {
     int *copied_from;    // [vertex_capacity] vertex from which it was copied; -1: none
 
     // --- derived from the state ---
-    unsigned char *counted;   // [cell] broken faces that are included in wall_count
+    unsigned char *counted;   // [cell] broken faces that are included in wall_count; NULL: all, in
+                              // a body that adapts, where a change lists none again
     int64_t wall_count;       // sides of broken faces: each is a square, or will be
     int free_count, free_low; // free squares of walls; none is lower
     int (*square_of)[6];      // [cell][direction] or -1; NULL in a body that adapts, which has few:
@@ -75,7 +76,7 @@ typedef struct CutFaces {
     uint64_t *found;        // a bit for each slot; empty between calls
 
     // --- scratch ---
-    NodeBirth *born; // [vertex_capacity]
+    NodeBirth *born; // for all vertices but those that are there for ever
     int *touched;    // vertices
     unsigned char *is_touched;
     int touched_count;

@@ -40,7 +40,8 @@ static void count_broken(CutFaces *faces)
     const CutLattice *lattice = faces->lattice;
     faces->wall_count = 0;
     for (int c = 0; c < faces->cell_count; c++) {
-        faces->counted[c] = lattice->broken[c];
+        if (faces->counted != NULL)
+            faces->counted[c] = lattice->broken[c];
         for (int axis = 0; axis < 3; axis++)
             if (lattice->broken[c] >> axis & 1)
                 faces->wall_count +=
@@ -260,7 +261,8 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     const int triangles = 2 * faces->square_capacity, cells = faces->cell_count;
     const int vertices = faces->lattice->vertex_capacity;
     // By cell: which squares it shows.
-    faces->counted = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "counted faces");
+    if (!faces->lattice->adapts)
+        faces->counted = ALLOCATE(ARENA_TOPOLOGY, cells, unsigned char, "counted faces");
     if (faces->lattice->leaf_row == NULL) {
         faces->square_of = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)cells,
                                           sizeof *faces->square_of, "%s/squares of cells", name);
@@ -286,7 +288,8 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
     faces->list = ALLOCATE(ARENA_TOPOLOGY, (long)FACE_UNIT * faces->list_units, int, "node faces");
     faces->node_area = ALLOCATE(ARENA_TOPOLOGY, vertices, double, "node areas");
     // Scratch of a change.
-    faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices, NodeBirth, "born nodes");
+    const int for_ever = faces->lattice->leaf_row != NULL ? faces->lattice->kept_end : 0;
+    faces->born = ALLOCATE(ARENA_TOPOLOGY, vertices - for_ever, NodeBirth, "born nodes");
     faces->touched = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "touched nodes");
     if (faces->lattice->removable) {
         enum { ENDED = 12 * CUT_REMOVE_MOST, GONE = NODE_CORNERS * CUT_REMOVE_MOST };
