@@ -45,12 +45,19 @@ typedef struct BodySurface {
     const double *node_mass; // [kg]
     double longest_edge;     // at rest, of the coarsest level [m]: constant
     bool solid; // closed and filled: tools are felt by contact_solid.c, through kick_nodes
+    bool alike; // all faces have the area of the first, which alone is there
     // Factors on contact_kappa: contact stiffness of a face, and of a node against a plane. Both
     // NULL: 1. The model's memory, set by contact_set_stiffness, for bodies whose nodes have very
     // different masses per area.
     double *face_firmness; // [face_count]
     double *node_firmness; // [node_count]
 } BodySurface;
+
+// Returns the area of a face at rest [m2].
+static inline double body_face_area(const BodySurface *surface, int face)
+{
+    return surface->face_area[surface->alike ? 0 : face];
+}
 
 // Figures for status and summary; computed on request.
 typedef struct BodyMeasure {

@@ -256,8 +256,8 @@ static bool refuse_uneven(const Body *body, Status *status)
                  longest = body->surface.longest_edge;
     double least = longest * longest;
     for (int f = 0; f < body->surface.face_used; f++)
-        if (body->surface.face_area[f] > 0.0)
-            least = fmin(least, body->surface.face_area[f]);
+        if (body_face_area(&body->surface, f) > 0.0)
+            least = fmin(least, body_face_area(&body->surface, f));
     const double ratio = lambda * body->h * body->h;
     const bool even = longest * longest <= UNEVEN * least;
     if (even && ratio > LOST)

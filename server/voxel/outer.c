@@ -30,18 +30,17 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *face, "%s/%s", name, "faces");
     int(*neighbor)[3] = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)faces, sizeof *neighbor,
                                        "%s/%s", name, "face neighbours");
-    double *area = ALLOCATE(ARENA_TOPOLOGY, faces, double, "face areas");
+    double *area = ALLOCATE(ARENA_TOPOLOGY, 1, double, "area of a face");
     double *node_area = ALLOCATE(ARENA_TOPOLOGY, nodes, double, "node areas");
     int *start = ALLOCATE(ARENA_TOPOLOGY, nodes + 1, int, "node face start");
     int *list = ALLOCATE(ARENA_TOPOLOGY, 3 * faces, int, "node faces");
     memcpy(face, mesh->face, (size_t)faces * sizeof *face);
     memcpy(neighbor, mesh->face_neighbor, (size_t)faces * sizeof *neighbor);
     list_faces(mesh, nodes, start, list);
-    for (int f = 0; f < faces; f++) {
-        area[f] = 0.5 * size * size; // half a square
+    *area = 0.5 * size * size; // half a square
+    for (int f = 0; f < faces; f++)
         for (int c = 0; c < 3; c++)
-            node_area[face[f][c]] += area[f] / 3.0;
-    }
+            node_area[face[f][c]] += *area / 3.0;
     body->surface = (BodySurface){
         .node_count = nodes,
         .face_count = faces,
@@ -58,6 +57,7 @@ void voxel_create_surface(VoxelModel *model, Body *body, const LatticeMesh *mesh
         .node_mass = model->vertices.mass,
         .longest_edge = sqrt(2.0) * size,
         .solid = true,
+        .alike = true,
     };
     if (options->body.without_contacts)
         return;

@@ -54,7 +54,7 @@ void twin_textbook(Textbook *textbook, const TriMesh *mesh, const Body *like, co
             double length = vec3_length(vec3_sub(mesh->position[a], mesh->position[b]));
             spring->rest_length = length;
             spring->stiffness +=
-                material.youngs_modulus_2d * like->surface.face_area[f] / (length * length);
+                material.youngs_modulus_2d * body_face_area(&like->surface, f) / (length * length);
             spring->damping = material.damping_time * spring->stiffness;
         }
 }

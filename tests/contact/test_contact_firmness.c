@@ -64,7 +64,7 @@ TEST(faces_around_a_node_are_together_within_its_share_of_the_bound)
             double sum = 0.0, share = body->contact_ratio * body->contact_lambda * s->node_mass[i];
             for (int k = s->node_face_start[i]; k < s->node_face_end[i]; k++) {
                 int f = s->node_face[k];
-                sum += body->contact_kappa * s->face_area[f] * s->face_firmness[f];
+                sum += body->contact_kappa * body_face_area(s, f) * s->face_firmness[f];
             }
             expect_at_most(sum, share * (1.0 + 1e-12)); // rounding of the sums
             // A plane meets a third of the faces' area: a third of the share, and all of it.

@@ -116,7 +116,8 @@ static int count_faces(const BodySurface *surface, double area)
     size_t faces = (size_t)surface->face_count;
     double *sorted = calloc(faces + 1, sizeof *sorted);
     ASSERT(sorted != NULL);
-    memcpy(sorted, surface->finest_area, faces * sizeof *sorted);
+    for (size_t f = 0; f < faces; f++)
+        sorted[f] = surface->finest_area[surface->alike ? 0 : f];
     qsort(sorted, faces, sizeof *sorted, compare_doubles);
     int count = 0;
     for (double sum = sorted[0]; count < surface->face_count && sum <= area; sum += sorted[count])

@@ -108,7 +108,7 @@ static void read_corners(const Contact *contact, const int *corner, Vec3 x[3])
 // Returns the stiffness of the contact of a face [N/m].
 static double face_stiffness(const Body *body, int face)
 {
-    double stiffness = body->contact_kappa * body->surface.face_area[face];
+    double stiffness = body->contact_kappa * body_face_area(&body->surface, face);
     const double *firmness = body->surface.face_firmness;
     return firmness != NULL ? stiffness * firmness[face] : stiffness;
 }

@@ -38,7 +38,7 @@ static double face_mass(const Body *body, int face)
         least = fmin(least,
                      mass > 0.0 ? mass / (3.0 * surface->node_area[node]) : body->contact_density);
     }
-    return surface->face_area[face] * least;
+    return body_face_area(surface, face) * least;
 }
 
 // --- carriers: the nodes on which the springs act ---

@@ -55,7 +55,6 @@ typedef struct CutFaces {
     int table_size;           // a power of two
     int (*face)[3];           // [2 * square_capacity] vertices
     int (*neighbor)[3];       // [2 * square_capacity]
-    double *area;             // [2 * square_capacity]
     int *start, *end;         // [vertex_capacity]
     int *list;                // [FACE_UNIT * list_units] runs of units: an owner, its faces
     int list_units, list_top; // units, those from `list_top` on not used yet

@@ -272,14 +272,11 @@ static void create_surface(CutFaces *faces, const char *name, bool without_conta
             faces->table_size *= 2;
         faces->table = ALLOCATE(ARENA_TOPOLOGY, faces->table_size, int, "table of squares");
     }
-    // Triangles, two per square, all of one area.
+    // Triangles, two per square.
     faces->face = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles, sizeof *faces->face,
                                  "%s/faces", name);
     faces->neighbor = arena_allocate(arena, ARENA_TOPOLOGY, (size_t)triangles,
                                      sizeof *faces->neighbor, "%s/face neighbours", name);
-    faces->area = ALLOCATE(ARENA_TOPOLOGY, triangles, double, "face areas");
-    for (int f = 0; f < triangles; f++)
-        faces->area[f] = faces->half;
     // By vertex. Lists have room for the three corners of all triangles, and some to move in.
     faces->start = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face start");
     faces->end = ALLOCATE(ARENA_TOPOLOGY, vertices, int, "node face end");
@@ -339,8 +336,8 @@ static void describe(CutFaces *faces, double size, Body *body)
         .node_count = vertices,
         .face_count = triangles,
         .face = (const int(*)[3])faces->face,
-        .face_area = faces->area,
-        .finest_area = faces->area,
+        .face_area = &faces->half,
+        .finest_area = &faces->half,
         .face_neighbor = (const int(*)[3])faces->neighbor,
         .node_face_start = faces->start,
         .node_face_end = faces->end,
@@ -349,6 +346,7 @@ static void describe(CutFaces *faces, double size, Body *body)
         .node_mass = faces->masses->node_mass,
         .longest_edge = sqrt(2.0) * size,
         .solid = true,
+        .alike = true,
         .face_firmness = faces->face_firmness,
         .node_firmness = faces->node_firmness,
     };

@@ -64,7 +64,7 @@ static void expect_lists(const CutBench *bench)
             const int *face = surface->face[surface->node_face[k]];
             assert_true(face[0] == v || face[1] == v || face[2] == v);
             assert_true(k == start || surface->node_face[k - 1] < surface->node_face[k]);
-            area += surface->face_area[surface->node_face[k]] / 3.0;
+            area += body_face_area(surface, surface->node_face[k]) / 3.0;
         }
         expect_near(surface->node_area[v], area, 1e-12);
     }
