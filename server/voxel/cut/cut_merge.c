@@ -106,7 +106,9 @@ static bool hangs_together(const CutLattice *lattice, int element)
     for (int round = 0; round < 8; round++)
         for (int c = 0; c < 8; c++)
             for (int d = 0; d < 3 && (seen >> c & 1); d++)
-                if (cut_parts_meets(lattice, child[c], 2 * d + (~c >> d & 1)))
+                if (child[c ^ 1 << d] >= 0 &&
+                    (cut_parts_is_cell(lattice, child[c]) ||
+                     cut_parts_meets(lattice, child[c], 2 * d + (~c >> d & 1))))
                     seen |= 1u << (c ^ 1 << d);
     return seen == all;
 }
