@@ -55,7 +55,7 @@ static bool has_room(VoxelCuts *cuts, CutOutcome *outcome, const int (*face)[2],
     CutLattice *lattice = &cuts->lattice;
     // Each broken face may need four vertices; those of a plane need about one, which is counted
     // where it matters.
-    const int room = cut_parts_room(lattice);
+    const int room = cut_parts_spare(lattice);
     outcome->needed = 4 * faces;
     if (!cut_lattice_has_room(lattice, faces) && face != NULL)
         outcome->needed = cut_lattice_births(lattice, face, faces);
@@ -106,7 +106,8 @@ static void follow_inside(VoxelCuts *cuts, Body *body, TopologyChange *change)
 }
 
 // Divides the larger elements that a command may meet, level by level, so that it looks only at
-// cells that are near it. Returns how many there is no room for.
+// cells that are near it. Returns how many nodes it would take to divide those for which there is
+// no room, about: three for each cell of a side.
 static int clear_sweep(VoxelCuts *cuts, Body *body, const CutSweep *sweep, TopologyChange *change)
 {
     const Vertices *vertices = &((const VoxelModel *)body->model)->vertices;
@@ -114,6 +115,7 @@ static int clear_sweep(VoxelCuts *cuts, Body *body, const CutSweep *sweep, Topol
     CutLattice *lattice = &cuts->lattice;
     // Again, since elements of one level make room when they are divided into those of the next.
     for (int left = 0, pass = 0;; pass++, left = 0) {
+        enum { EACH = 3 };
         int divided = 0;
         for (int level = lattice->levels; level > 0; level--) {
             const int count =
@@ -123,7 +125,7 @@ static int clear_sweep(VoxelCuts *cuts, Body *body, const CutSweep *sweep, Topol
                 follow_inside(cuts, body, change);
             divided += now;
             for (int k = 0; k < count; k++)
-                left += !lattice->divided[blades->larger[k]];
+                left += lattice->divided[blades->larger[k]] ? 0 : EACH << 2 * level;
         }
         if (left == 0 || divided == 0 || pass == CLEAR_PASSES)
             return left;
@@ -144,40 +146,62 @@ static int clear_faces(VoxelCuts *cuts, Body *body, const int (*face)[2], int co
     }
 }
 
-// Refuses a cut since this many elements or faces in its way have no room to be divided.
-static void refuse_division(const VoxelCuts *cuts, int count, CutOutcome *outcome)
+// Refuses a cut since what is in its way takes this many nodes more than there were, `room`. Its
+// faces, of which not all are known, take a quarter of what their surroundings do.
+static bool refuse_division(int room, int more, CutOutcome *outcome)
 {
     outcome->verdict = CUT_NO_NODES;
     outcome->separated = 0;
-    outcome->room = cut_parts_room(&cuts->lattice);
-    outcome->needed = outcome->room + NODE_CORNERS * count;
+    outcome->room = room;
+    outcome->needed = room + more + (room + more) / 4;
+    return false;
+}
+
+// Finds the faces that a sweep breaks, and divides what is in their way. False with the reason, or
+// if there are none. All or nothing: a cut that does not fit breaks no face.
+static bool prepare_cut(VoxelCuts *cuts, Body *body, const CutSweep *sweep, CutOutcome *outcome,
+                        TopologyChange *change)
+{
+    const VoxelModel *model = body->model;
+    CutBlades *blades = &cuts->blades;
+    const double tick = body->h * body->substeps;
+    const bool adapts = cuts->lattice.adapts;
+    const int room = cut_parts_spare(&cuts->lattice);
+    int more = adapts && sweep->phase == CUT_WHOLE ? clear_sweep(cuts, body, sweep, change) : 0;
+    if (more > 0)
+        return refuse_division(room, more, outcome);
+    if (!cut_blades_find(blades, vertices_row(&model->vertices), tick, sweep, outcome))
+        return false;
+    const int(*hit)[2] = (const int(*)[2])blades->hit;
+    const bool counted = adapts && blades->hit_count <= blades->hit_most;
+    if (counted)
+        more = NODE_CORNERS * clear_faces(cuts, body, hit, blades->hit_count, change);
+    if (more > 0)
+        return refuse_division(room, more, outcome);
+    if (has_room(cuts, outcome, counted ? hit : NULL, blades->hit_count))
+        return true;
+    outcome->separated = 0;
+    if (outcome->verdict == CUT_NO_NODES) {
+        outcome->needed += room - outcome->room;
+        outcome->room = room;
+    }
+    return false;
 }
 
 bool cut_body_cut(Body *body, const CutSweep *sweep, CutOutcome *outcome, TopologyChange *change)
 {
-    const VoxelModel *model = body->model;
-    VoxelCuts *cuts = model->cuts;
-    CutBlades *blades = &cuts->blades;
-    const double tick = body->h * body->substeps;
-    const bool adapts = cuts->lattice.adapts;
-    int left = adapts && sweep->phase == CUT_WHOLE ? clear_sweep(cuts, body, sweep, change) : 0;
-    if (left > 0)
-        refuse_division(cuts, left, outcome);
-    if (left > 0 || !cut_blades_find(blades, vertices_row(&model->vertices), tick, sweep, outcome))
-        return false;
-    // All or nothing: a cut that does not fit breaks no face.
-    const int count = blades->hit_count;
-    const int(*hit)[2] = (const int(*)[2])blades->hit;
-    const bool counted = adapts && count <= blades->hit_most;
-    if (counted)
-        left = clear_faces(cuts, body, hit, count, change);
-    if (left > 0)
-        refuse_division(cuts, left, outcome);
-    if (left > 0 || !has_room(cuts, outcome, counted ? hit : NULL, count)) {
-        outcome->separated = 0;
-        return false;
-    }
-    return break_faces(cuts, body, ACCOUNT_CUT, hit, blades->crossing, count, outcome, change);
+    VoxelCuts *cuts = ((const VoxelModel *)body->model)->cuts;
+    const CutBlades *blades = &cuts->blades;
+    const bool command = cuts->lattice.adapts && sweep->phase == CUT_WHOLE;
+    if (command)
+        cut_lattice_note(&cuts->lattice);
+    if (prepare_cut(cuts, body, sweep, outcome, change))
+        return break_faces(cuts, body, ACCOUNT_CUT, (const int(*)[2])blades->hit, blades->crossing,
+                           blades->hit_count, outcome, change);
+    // What was divided for it would stay as costly as what it did not cut.
+    while (command && cut_lattice_undivide(&cuts->lattice) > 0)
+        follow_inside(cuts, body, change);
+    return false;
 }
 
 // Divides what is in the way of faces that are to tear, as many as the budget allows, and leaves in

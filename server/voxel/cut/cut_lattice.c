@@ -215,6 +215,9 @@ static void create_scratch_of_merging(CutLattice *lattice, const char *name, Are
 {
     CutScratch *scratch = lattice->scratch;
     scratch->is_ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, bool, "ended vertices");
+    scratch->noted =
+        ALLOCATE(ARENA_TOPOLOGY, bits_words(lattice->element_count - lattice->level_first[1] + 1),
+                 uint64_t, "noted divisions");
     lattice->changes.merged =
         ALLOCATE(ARENA_TOPOLOGY, lattice->most_larger, int, "merged elements");
     lattice->changes.ended = ALLOCATE(ARENA_TOPOLOGY, lattice->vertex_capacity, CutEnd, "ends");
@@ -297,6 +300,7 @@ static void limit_leaves(CutLattice *lattice, const unsigned char *divided, int 
         families += divided[e] && e < end;
         larger += !divided[e] && (parent < 0 || divided[parent]);
     }
+    lattice->rest_families = families;
     const long most = families + pool / 6 + LEAST,
                most_larger = larger + pool / 4 + CUT_FAMILY * LEAST;
     if (end > first)

@@ -133,10 +133,11 @@ typedef struct CutLattice {
     // Rows for leaves of level 0 and for larger ones, those included that were leaves before the
     // present change.
     int most_cells, most_larger;
-    bool removable; // cells can go
-    bool adapts;    // elements merge again; also such as are partly filled
-    int kept_end;   // vertices at load: no later one is kept for ever
-    int *kept_id;   // [kept_end] id of a vertex that keeps its row for ever; -1: ends when it may
+    int rest_families; // of eight cells, in the state at rest
+    bool removable;    // cells can go
+    bool adapts;       // elements merge again; also such as are partly filled
+    int kept_end;      // vertices at load: no later one is kept for ever
+    int *kept_id; // [kept_end] id of a vertex that keeps its row for ever; -1: ends when it may
 
     // --- part of the state ---
     unsigned char *divided; // [element_count] of a finest cell: it is gone
@@ -364,6 +365,10 @@ void cut_lattice_forget_changes(CutLattice *lattice);
 // Divides leaves of level 1 or more, each with what must be divided before it, whatever the budget.
 // Returns how many were divided. Left are those that exceed the capacity.
 int cut_lattice_divide(CutLattice *lattice, const int *element, int count);
+// Notes what is divided, in a body that adapts; for cut_lattice_undivide.
+void cut_lattice_note(CutLattice *lattice);
+// Merges what has been divided since and can merge. Returns how many: again, until there are none.
+int cut_lattice_undivide(CutLattice *lattice);
 // True if a divided element may become a leaf: its children are leaves, no block of their size
 // around it is divided, it is mergeable, and nothing is broken in or near it. False if a child was
 // merged in this change.

@@ -3,6 +3,8 @@
 #include "voxel/cut/cut_carry.h"
 #include "voxel/cut/cut_parts.h"
 
+#include "base/bits.h"
+
 #include "base/check.h"
 #include "voxel/point_parts.h"
 
@@ -331,6 +333,29 @@ void cut_lattice_merge(CutLattice *lattice, int element)
     lattice->mark[element] |= CUT_MERGED;
     // Vertices between the children end, and corners in void come.
     cut_split_visit(lattice, element);
+}
+
+void cut_lattice_note(CutLattice *lattice)
+{
+    const int first = lattice->level_first[1];
+    for (int e = first; e < lattice->element_count; e++)
+        if (lattice->divided[e])
+            bits_add(lattice->scratch->noted, e - first);
+        else
+            bits_remove(lattice->scratch->noted, e - first);
+}
+
+int cut_lattice_undivide(CutLattice *lattice)
+{
+    const int first = lattice->level_first[1];
+    int merged = 0;
+    for (int e = first; e < lattice->element_count; e++)
+        if (lattice->divided[e] && !bits_has(lattice->scratch->noted, e - first) &&
+            cut_lattice_can_merge(lattice, e)) {
+            cut_lattice_merge(lattice, e);
+            merged++;
+        }
+    return merged;
 }
 
 void cut_lattice_coarsen(CutLattice *lattice)

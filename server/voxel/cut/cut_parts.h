@@ -46,6 +46,7 @@ typedef struct CutScratch {
     int *spare_row[2], spare_count[2]; // of eight cells that are no leaves, and of larger ones
     int left_larger; // leaves above level 0 that are none any more, in this change
     bool *is_ended;  // [vertex] in changes.ended
+    uint64_t *noted; // bits of the elements above level 0 that were divided (cut_lattice_note)
 } CutScratch;
 
 static inline int cut_parts_block(const CutLattice *lattice, int level, int i, int j, int k)
@@ -179,6 +180,12 @@ void cut_parts_clear_row(CutLattice *lattice, int element);
 static inline int cut_parts_room(const CutLattice *lattice)
 {
     return lattice->vertex_capacity - cut_lattice_used(lattice) + lattice->scratch->free.count;
+}
+
+// The same for divisions and cuts, which leave what a partly filled element takes that merges.
+static inline int cut_parts_spare(const CutLattice *lattice)
+{
+    return cut_parts_room(lattice) - (lattice->adapts ? NODE_CORNERS : 0);
 }
 
 // True if this many leaves may come, larger ones or children of one element.

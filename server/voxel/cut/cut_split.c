@@ -228,12 +228,24 @@ static void offset_of(int node, int offset[3])
 
 enum { MOST_BIRTHS = 8 * CUT_POINTS };
 
+// True if what is divided can still merge, from the smallest on, when an element has children of
+// this level: eight cells take the row of a larger leaf then, and one row is needed to free others.
+static bool leaves_way_back(const CutLattice *lattice, int level, int children)
+{
+    if (!lattice->adapts || lattice->family_row == NULL || level == 0)
+        return true;
+    const int larger = lattice->leaf_count - lattice->leaf_at_level[0] - 1 + children,
+              families = lattice->most_cells / CUT_FAMILY - lattice->scratch->spare_count[0];
+    return larger + families - lattice->rest_families < lattice->most_larger;
+}
+
 static bool fits(CutLattice *lattice, int element)
 {
-    const int room = cut_parts_room(lattice);
+    const int room = cut_parts_spare(lattice);
     const CutElement *parent = &lattice->element[element];
-    if (!cut_parts_allow(lattice, parent->level - 1,
-                         __builtin_popcount(cut_lattice_children(lattice, element))))
+    const int children = __builtin_popcount(cut_lattice_children(lattice, element));
+    if (!cut_parts_allow(lattice, parent->level - 1, children) ||
+        !leaves_way_back(lattice, parent->level - 1, children))
         return false;
     if (room >= MOST_BIRTHS)
         return true;

@@ -720,3 +720,33 @@ TEST(what_does_not_fit_waits_until_others_have_merged)
     cut_world_divide_some(&world, &seed, 40);
     assert_true(lattice->leaf_count > rest);
 }
+
+// From the coarsest level on, until nothing fits any more: what is divided merges again, and no row
+// that it takes for it is missing.
+TEST(what_fills_a_body_can_merge)
+{
+    uint64_t seed = 58;
+    for (int more = 0; more < 4; more++) {
+        VoxelWorldOptions roomy = options_of(0), options = options_of(0);
+        roomy.body.body.levels = roomy.body.surface_level = 3;
+        options.body.body.levels = options.body.surface_level = 3;
+        SCOPED(cut_world_destroy) CutWorld wide;
+        cut_world_create(&wide, &roomy);
+        options.body.body.node_capacity = cut_lattice_used(&wide.cuts->lattice) + 300 * (1 + more);
+        SCOPED(cut_world_destroy) CutWorld world;
+        cut_world_create(&world, &options);
+        const CutLattice *lattice = &world.cuts->lattice;
+        const int rest = lattice->leaf_count;
+        FREED int *element = malloc((size_t)lattice->element_count * sizeof *element);
+        for (int level = lattice->levels; level > 0; level--) {
+            int count = 0;
+            for (int e = lattice->level_first[level]; e < lattice->level_first[level + 1]; e++)
+                element[count++] = e;
+            divide_waiting(&world, element, keep_leaves(lattice, element, count));
+        }
+        assert_true(lattice->leaf_count > 40 * rest);
+        while (merge_some(&world, &seed, 1, 1e9, NULL) > 0)
+            ;
+        assert_int_equal(lattice->leaf_count, rest);
+    }
+}
