@@ -292,6 +292,22 @@ int batch_runs_count(const BatchRuns *runs, int kind)
     return total;
 }
 
+int batch_runs_next(const BatchRuns *runs, int next, int *end)
+{
+    int found = -1;
+    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
+        const BatchRun run = runs->run[k];
+        const int before = k >= runs->run_end[BATCH_PLAIN][1] ? runs->plain.batch_count : 0;
+        const int first = before + run.first, last = first + run.count;
+        const int from = first > next ? first : next;
+        if (from < last && (found < 0 || from < found)) {
+            found = from;
+            *end = last;
+        }
+    }
+    return found;
+}
+
 // Splits the run that contains the end of the first half of the batches.
 void batch_runs_end(BatchRuns *runs, int kind)
 {

@@ -89,6 +89,9 @@ void batch_runs_end(BatchRuns *runs, int kind); // splits them in two halves
 
 // Returns the number of batches in use.
 int batch_runs_count(const BatchRuns *runs, int kind);
+// Returns the first batch in use from number `next` on, hanging ones counted after the plain ones,
+// and where its run ends; -1: there is none. Runs come in any order.
+int batch_runs_next(const BatchRuns *runs, int next, int *end);
 // Returns the number of all batches, the length of `last`.
 static inline int batch_runs_capacity(const BatchRuns *runs)
 {

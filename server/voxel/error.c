@@ -442,24 +442,6 @@ static void compare(const VoxelModel *model, const ErrorQuestion *question, cons
 // ---------------------------------------------------------------------------------------------
 // A round
 
-// Returns the first batch in use from number `next` on, hanging ones counted after the plain ones,
-// and where its run ends; -1: there is none. Runs come in any order.
-static int find_batch(const BatchRuns *runs, int next, int *end)
-{
-    int found = -1;
-    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
-        const BatchRun run = runs->run[k];
-        const int before = k >= runs->run_end[BATCH_PLAIN][1] ? runs->plain.batch_count : 0;
-        const int first = before + run.first, last = first + run.count;
-        const int from = first > next ? first : next;
-        if (from < last && (found < 0 || from < found)) {
-            found = from;
-            *end = last;
-        }
-    }
-    return found;
-}
-
 static bool is_carried(const VoxelModel *model, int vertex)
 {
     return model->cuts != NULL && model->cuts->carry != NULL &&
@@ -489,7 +471,7 @@ static bool through_elements(const VoxelModel *model, const ErrorQuestion *quest
         tool[t] = rows_region(&model->vertices.rows, &there).from;
     }
     int end = 0;
-    for (int batch; (batch = find_batch(runs, error->next, &end)) >= 0;) {
+    for (int batch; (batch = batch_runs_next(runs, error->next, &end)) >= 0;) {
         const bool hanging = batch >= runs->plain.batch_count;
         const int before = hanging ? runs->plain.batch_count : 0;
         for (error->next = batch; error->next < end; error->next++) {

@@ -265,24 +265,18 @@ static int add_batch(const VoxelModel *model, Patch *patch, bool hanging, int ba
     return cost;
 }
 
-// Goes on with the first batch in use from number patch->next on, hanging batches after the plain
-// ones. True when there is none left.
+// Goes on with the first batch in use from number patch->next on. True when there is none left.
 static bool add_batches(const VoxelModel *model, Patch *patch, int budget)
 {
-    const BatchRuns *runs = model->batches;
-    for (int k = 0; k < runs->run_end[BATCH_HANGING][1]; k++) {
-        const BatchRun run = runs->run[k];
-        const bool hanging = k >= runs->run_end[BATCH_PLAIN][1];
-        const int before = hanging ? runs->plain.batch_count : 0;
-        // Batches between runs are not in use.
-        if (patch->next < before + run.first)
-            patch->next = before + run.first;
-        for (; patch->next < before + run.first + run.count; patch->next++) {
+    const int plain = model->batches->plain.batch_count;
+    int end = 0;
+    for (int batch; (batch = batch_runs_next(model->batches, (int)patch->next, &end)) >= 0;)
+        for (patch->next = batch; patch->next < end; patch->next++) {
             if (budget <= 0)
                 return false;
-            budget -= add_batch(model, patch, hanging, (int)patch->next - before);
+            const bool hanging = batch >= plain;
+            budget -= add_batch(model, patch, hanging, (int)patch->next - (hanging ? plain : 0));
         }
-    }
     return true;
 }
 
