@@ -2,7 +2,6 @@
 #include "voxel/cut/cut_adapt.h"
 
 #include "base/bits.h"
-#include "geometry/box.h"
 
 #include <math.h>
 #include <string.h>
@@ -272,19 +271,28 @@ static void look_at(CutAdapt *adapt, const void *row, int element, unsigned path
         look_at(adapt, row, child + k, paths);
 }
 
+// Finds how far each path reaches, and the boxes around their axes.
+static void bound_paths(CutAdapt *adapt)
+{
+    for (int i = 0; i < adapt->approach_count; i++) {
+        const Approach *path = &adapt->approach[i];
+        adapt->reach[i] = reach_of(adapt, path);
+        adapt->axis[i] = box_empty();
+        box_add(&adapt->axis[i], path->from);
+        box_add(&adapt->axis[i], path->to);
+    }
+}
+
 // Returns bits of the paths that reach a box grown by a margin [m].
 static unsigned paths_near(const CutAdapt *adapt, const Box *box, double margin)
 {
     unsigned paths = 0;
     for (int i = 0; i < adapt->approach_count; i++) {
-        const Approach *path = &adapt->approach[i];
-        const double reach = reach_of(adapt, path) + margin;
-        Box axis = box_empty();
-        box_add(&axis, path->from);
-        box_add(&axis, path->to);
+        const Box *axis = &adapt->axis[i];
+        const double reach = adapt->reach[i] + margin;
         bool apart = false;
         for (int d = 0; d < 3; d++)
-            apart |= axis.low[d] - reach > box->high[d] || axis.high[d] + reach < box->low[d];
+            apart |= axis->low[d] - reach > box->high[d] || axis->high[d] + reach < box->low[d];
         paths |= (unsigned)!apart << i;
     }
     return paths;
@@ -315,6 +323,7 @@ static void look_at_brick(CutAdapt *adapt, const void *row, int brick, unsigned 
 static void sweep(CutAdapt *adapt, const void *row)
 {
     const double brick_edge = adapt->size * (double)(WINDOW_EDGE << adapt->lattice->levels);
+    bound_paths(adapt);
     for (int b = 0; b < adapt->brick_count; b++) {
         const AdaptBox *kept = &adapt->box[b];
         Box box;

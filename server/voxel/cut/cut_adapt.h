@@ -15,6 +15,7 @@
 #define PLIANT_VOXEL_CUT_CUT_ADAPT_H
 
 #include "body/body.h"
+#include "geometry/box.h"
 #include "voxel/cut/cut_lattice.h"
 #include "voxel/cut/cut_masses.h"
 
@@ -71,7 +72,9 @@ typedef struct CutAdapt {
     // --- of the tick ---
     const int *stressed; // leaves under so much stress that they and those around them should be of
     int stressed_count;  // the finest level; 0 unless set before cut_adapt_step, which clears it
-    uint64_t *is_stressed; // as `family`: a leaf below is stressed; empty between ticks
+    uint64_t *is_stressed;       // as `family`: a leaf below is stressed; empty between ticks
+    Box axis[APPROACH_MOST];     // of a sweep: around the axes of paths
+    double reach[APPROACH_MOST]; // how far they reach [m]
     int approach_count;
     Approach approach[APPROACH_MOST]; // in the rows' coordinates
     int wish_count, wished;           // kept, the most pressing first; found
