@@ -525,16 +525,30 @@ void cut_carry_create(CutCarry *carry, const CutMasses *masses, const char *name
 // ---------------------------------------------------------------------------------------------
 // Finest cells
 
+// Returns the slots that hold together with one while nothing is broken; 0: it is void.
+static unsigned joined(unsigned solid, int slot)
+{
+    unsigned found = solid & 1u << slot, last = 0;
+    while (found != last) { // across faces along x, y, z
+        last = found;
+        found |= ((found & 0x55) << 1 | (found & 0xaa) >> 1) & solid;
+        found |= ((found & 0x33) << 2 | (found & 0xcc) >> 2) & solid;
+        found |= ((found & 0x0f) << 4 | (found & 0xf0) >> 4) & solid;
+    }
+    return found;
+}
+
 unsigned cut_carry_cells(const CutLattice *lattice, const int point[3], int slot, int cell[8])
 {
     unsigned broken = 0, cells = 0;
     cut_lattice_cells(lattice, point, cell);
-    // As a rule there are all, and nothing is broken.
-    bool whole = true;
-    for (int s = 0; s < 8; s++)
-        whole = whole && cell[s] >= 0 && lattice->broken[cell[s]] == 0;
-    if (whole)
-        return 0xff;
+    unsigned solid = 0, any = 0;
+    for (int s = 0; s < 8; s++) {
+        solid |= (unsigned)(cell[s] >= 0) << s;
+        any |= cell[s] >= 0 ? lattice->broken[cell[s]] : 0U;
+    }
+    if (any == 0) // as a rule
+        return joined(solid, slot);
     for (int f = 0; f < 12; f++) {
         const int low = cell[POINT_FACE[f]];
         broken |= (unsigned)(low >= 0 && cut_lattice_is_open(lattice, low, f / 4)) << f;
