@@ -375,7 +375,7 @@ static int divide_each(CutSample *sample, const int *leaf, int count)
 // makes room for them.
 TEST(rows_of_vertices_that_ended_are_used_again)
 {
-    uint64_t seed = 37;
+    uint64_t seed = 38;
     int refused = 0, behind = 0, found_room = 0;
     for (int round = 0; round < EFFORT(6); round++) {
         SCOPED(cut_sample_drop) CutSample sample;
