@@ -130,7 +130,8 @@ void surface_error_create(SurfaceModel *model, const TriMesh *mesh, const Spring
     error->topology = -1;
     error->rows = arena_allocate(arena, ARENA_STEP, (size_t)model->basis.count * ROW,
                                  model_real_size(model), "%s/rows copied", name);
-    error->kept = ALLOCATE(ARENA_STEP, model->node_count, Vec3, "errors kept");
+    error->keep_count = model->node_count + error->levels->level[error->levels->finest].edge_count;
+    error->kept = ALLOCATE(ARENA_STEP, error->keep_count, Vec3, "errors kept");
     error->was = ALLOCATE(ARENA_STEP, model->node_count, Vec3, "displacements kept");
     for (int k = 0; k < 2; k++)
         error->size[k] = ALLOCATE(ARENA_OUTPUT, model->node_count, float, "errors shown");
@@ -159,16 +160,15 @@ static int64_t topology_of(const SurfaceModel *model)
     return model->detail == NULL ? 0 : model->detail->adapt.sweep->topology;
 }
 
-// Goes on from what complete rounds have found; a midpoint is between its parents, which have lower
-// numbers.
+// Goes on from what complete rounds have found; a midpoint of which nothing is known is between its
+// parents, which have lower numbers.
 static void resume(SurfaceError *error)
 {
     for (int i = 0; i < error->node_count; i++) {
         const ErrorNode *node = &error->node[i];
         const int *at = node->parent;
-        if (node->model >= 0)
-            error->moved[i] = error->kept[node->model];
-        else
+        error->moved[i] = error->kept[node->keep];
+        if (node->model < 0 && vec3_dot(error->moved[i], error->moved[i]) == 0.0)
             error->moved[i] = vec3_scale(0.5, vec3_add(error->moved[at[0]], error->moved[at[1]]));
     }
 }
@@ -249,6 +249,7 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         const int tool = error->tool[i];
         if (tool >= 0)
             error->tool_finer[tool] = vec3_add(error->tool_finer[tool], error->defect[i]);
+        error->kept[node->keep] = error->moved[i];
         if (node->model < 0)
             continue;
         const Vec3 u = vec3_sub(surface_error_coarse_place(model, i), node->rest[COARSE]);
@@ -258,7 +259,6 @@ static void sum_up(const SurfaceModel *model, int first, int end)
         const Vec3 since = vec3_sub(u, error->was[node->model]);
         error->sums[3] += node->area * vec3_dot(since, since);
         error->was[node->model] = u;
-        error->kept[node->model] = error->moved[i];
         const float size = (float)vec3_length(error->moved[i]);
         float *largest = &error->largest[1 - error->shown];
         error->size[1 - error->shown][node->model] = size;
@@ -298,7 +298,7 @@ static bool answer(const SurfaceModel *model, BodyError *out)
         error->rounds = 0;
         error->largest[error->shown] = 0.0F;
         error->size_of_last = error->growth = 0.0;
-        memset(error->kept, 0, (size_t)model->node_count * sizeof *error->kept);
+        memset(error->kept, 0, (size_t)error->keep_count * sizeof *error->kept);
         memset(error->was, 0, (size_t)model->node_count * sizeof *error->was);
     }
     const double scale = SCALE * error->order / sum[0];
@@ -326,11 +326,11 @@ typedef struct ErrorRule {
 } ErrorRule;
 
 static const ErrorRule RULES[ERROR_STAGES] = {
-    [ERROR_PLACE] = {surface_error_place, NODES, 0, 6},
-    [ERROR_COARSE_LINKS] = {surface_error_coarse_links, LINKS, COARSE, 4},
-    [ERROR_COARSE_HINGES] = {surface_error_coarse_hinges, HINGES, COARSE, 10},
+    [ERROR_PLACE] = {surface_error_place, NODES, 0, 16},
+    [ERROR_COARSE_LINKS] = {surface_error_coarse_links, LINKS, COARSE, 12},
+    [ERROR_COARSE_HINGES] = {surface_error_coarse_hinges, HINGES, COARSE, 30},
     [ERROR_COARSE_PRESSURE] = {surface_error_coarse_pressure, FACES, 0, 6},
-    [ERROR_COARSE_TOUCH] = {surface_error_coarse_touch, FACES, 0, 6},
+    [ERROR_COARSE_TOUCH] = {surface_error_coarse_touch, FACES, 0, 20},
     [ERROR_COARSE_PUSH] = {surface_error_coarse_push, PUSHES, 0, 6},
     [ERROR_COARSE_HOLD] = {surface_error_coarse_hold, NODES, 0, 3},
     [ERROR_REACH] = {surface_error_reach, NODES, 0, 2},
@@ -338,13 +338,13 @@ static const ErrorRule RULES[ERROR_STAGES] = {
     [ERROR_BEGIN] = {surface_error_begin, NODES, 0, 4},
     [ERROR_PRESSURE] = {surface_error_pressure, FACES, 0, 16},
     [ERROR_SWELL] = {surface_error_swell, NODES, 0, 1},
-    [ERROR_LINKS] = {surface_error_links, LINKS, FINER, 5},
-    [ERROR_HINGES] = {surface_error_hinges, HINGES, FINER, 15},
-    [ERROR_TOUCH] = {surface_error_touch, FACES, 0, 12},
+    [ERROR_LINKS] = {surface_error_links, LINKS, FINER, 6},
+    [ERROR_HINGES] = {surface_error_hinges, HINGES, FINER, 28},
+    [ERROR_TOUCH] = {surface_error_touch, FACES, 0, 20},
     [ERROR_PUSH] = {surface_error_push, PUSHES, 0, 12},
     [ERROR_HAND] = {surface_error_hand, TIED, 0, 1},
     [ERROR_PREPARE] = {surface_error_prepare, NODES, 0, 4},
-    [ERROR_START] = {surface_error_start, NODES, 0, 1},
+    [ERROR_START] = {surface_error_start, NODES, 0, 2},
     [ERROR_PRODUCT_LINKS] = {surface_error_product_links, LINKS, FINER, 2},
     [ERROR_PRODUCT_HINGES] = {surface_error_product_hinges, HINGES, FINER, 3},
     [ERROR_PRODUCT_PUSHES] = {surface_error_product_pushes, PUSHES, 0, 6},
@@ -354,7 +354,7 @@ static const ErrorRule RULES[ERROR_STAGES] = {
     [ERROR_CURVATURE] = {surface_error_curvature, NODES, 0, 1},
     [ERROR_MOVE] = {surface_error_move, NODES, 0, 3},
     [ERROR_TURN] = {surface_error_turn, NODES, 0, 1},
-    [ERROR_SUM] = {sum_up, NODES, 0, 3},
+    [ERROR_SUM] = {sum_up, NODES, 0, 6},
 };
 
 // True if the body has no need of a stage.

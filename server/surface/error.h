@@ -57,10 +57,11 @@ typedef struct ErrorNode {
     int model;     // node of the body; -1: a new midpoint
     int parent[2]; // of a midpoint, also of one that hangs; -1: none
     int wing[2];   // the nodes opposite the edge; -1: none
-    // 0 or 1, the last one always 0: without it some bytes of the state would be undefined.
+    int keep;      // index in `kept`: that of the node of the body that it is, or will be
+    // 0 or 1, the last ones always 0: without them some bytes of the state would be undefined.
     unsigned char hangs; // in the wall itself
     unsigned char tied;  // hangs in the finer wall: stays between its parents
-    unsigned char fixed, none;
+    unsigned char fixed, none[5];
     double area;    // of the wall itself, 0 for a new midpoint [m2]
     double carried; // the same, with that of what hangs between others [m2]
     double finer;   // of the finer wall [m2]
@@ -170,7 +171,10 @@ typedef struct SurfaceError {
     // Area, and squares of errors, displacements and their changes since the last round times area.
     double sums[4];
     // --- of complete rounds ---
-    Vec3 *kept;          // [nodes of the body] how far each has moved: where lists made again begin
+    // Where lists made again begin: how far nodes of the body and midpoints of its edges, those of
+    // the finest ones last, have moved; 0: not known [m].
+    Vec3 *kept; // [keep_count]
+    int keep_count;
     Vec3 *was;           // [nodes of the body] displacement [m]
     double size_of_last; // rms of errors [m]
     double growth;       // since the round before, less what is due to motion [m]

@@ -70,6 +70,7 @@ static int find_node(const SurfaceModel *model, int node)
     const LeafSet *set = set_of(model);
     const Vec3 rest = model_rest(model, model->slot[node]);
     ErrorNode made = {.model = node,
+                      .keep = node,
                       .parent = {-1, -1},
                       .wing = {-1, -1},
                       .fixed = is_fixed(model, node),
@@ -117,6 +118,8 @@ static int find_middle(const SurfaceModel *model, int level, int face, int k)
               b = find_node(model, at->face[face][(k + 1) % 3]);
     const ErrorNode *end[2] = {&error->node[a], &error->node[b]};
     ErrorNode made = {.model = -1,
+                      .keep = (level < error->levels->finest ? at->node_count : model->node_count) +
+                              edge,
                       .parent = {a, b},
                       .wing = {wing, -1},
                       .fixed = end[0]->fixed && end[1]->fixed,

@@ -103,7 +103,7 @@ void surface_error_list(SurfaceModel *model, const char *name, StateList *state)
     LIST(&error->barrier, 1, "barrier");
     LIST(&error->sums, 1, "sums");
     // Of complete rounds.
-    LIST(error->kept, model->node_count, "kept");
+    LIST(error->kept, error->keep_count, "kept");
     LIST(error->was, model->node_count, "was");
     LIST(&error->size_of_last, 1, "size_of_last");
     LIST(&error->growth, 1, "growth");
@@ -126,11 +126,13 @@ static bool is_complete(const SurfaceError *error)
     return error->level > error->levels->finest;
 }
 
-static bool is_progress(const SurfaceError *error)
+static bool is_progress(const SurfaceModel *model)
 {
+    const SurfaceError *error = model->error;
     const Levels *levels = error->levels;
     const bool gathered = is_complete(error);
-    return error->level >= 0 && error->level <= levels->finest + 1 && error->at >= 0 &&
+    return error->topology <= topology_of(model) && error->level >= 0 &&
+           error->level <= levels->finest + 1 && error->at >= 0 &&
            error->at <= (gathered ? 0 : levels->level[error->level].face_count) &&
            (int)error->stage >= ERROR_GATHER && error->stage < ERROR_STAGES &&
            (error->stage == ERROR_GATHER || gathered) && error->next >= 0 &&
@@ -155,7 +157,8 @@ static bool check_node(const SurfaceModel *model, int i)
     const SurfaceError *error = model->error;
     const ErrorNode *node = &error->node[i];
     const bool has = node->parent[0] >= 0;
-    bool sound = node->model >= -1 && node->model < model->node_count &&
+    bool sound = node->model >= -1 && node->model < model->node_count && node->keep >= 0 &&
+                 node->keep < error->keep_count &&
                  (has || (node->model >= 0 && !node->hangs && !node->tied));
     for (int k = 0; k < 2 && sound && has; k++)
         sound = node->parent[k] < i && are_nodes(error, &node->parent[k], 1, true) &&
@@ -194,7 +197,7 @@ bool surface_error_check(const SurfaceModel *model)
     const SurfaceError *error = model->error;
     if (error == NULL || !error->driven)
         return true;
-    bool sound = is_progress(error) && (!is_complete(error) || check_lists(model));
+    bool sound = is_progress(model) && (!is_complete(error) || check_lists(model));
     for (int i = 0; i < error->node_capacity && sound; i++)
         sound = error->tool[i] >= -1 && error->tool[i] < ERROR_TOOLS;
     return sound;
@@ -203,7 +206,7 @@ bool surface_error_check(const SurfaceModel *model)
 void surface_error_restored(SurfaceModel *model, bool is_current)
 {
     SurfaceError *error = model->error;
-    if (error == NULL || !error->driven || !is_progress(error))
+    if (error == NULL || !error->driven || !is_progress(model))
         return;
     const int64_t topology = topology_of(model);
     if (!is_current && error->topology == topology)
