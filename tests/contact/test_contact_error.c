@@ -14,8 +14,8 @@ static struct {
     int calls, done; // of this round; rounds so far
     int most;        // largest budget
     ErrorQuestion question;
-    Vec3 place[ERROR_TOOLS], force[ERROR_TOOLS];
-    double size[ERROR_TOOLS], depth[ERROR_TOOLS];
+    Vec3 place[ERROR_TOOLS], force[ERROR_TOOLS], axis[ERROR_TOOLS];
+    double size[ERROR_TOOLS], depth[ERROR_TOOLS], kappa[ERROR_TOOLS];
 } twin;
 
 static bool twin_estimate(void *model, const ErrorQuestion *question, int budget, BodyError *error)
@@ -33,6 +33,8 @@ static bool twin_estimate(void *model, const ErrorQuestion *question, int budget
         twin.force[i] = question->force[i];
         twin.size[i] = question->size[i];
         twin.depth[i] = question->depth[i];
+        twin.axis[i] = question->axis[i];
+        twin.kappa[i] = question->kappa[i];
     }
     twin.most = budget > twin.most ? budget : twin.most;
     left -= budget;
@@ -106,6 +108,9 @@ TEST(a_question_has_the_tools_that_touch_where_they_do)
     assert_true(felt.x < -1e-3);
     assert_true(vec3_length(vec3_sub(twin.force[0], felt)) < 0.01 * vec3_length(felt));
     assert_true(fabs(twin.depth[0] - sim_wrench(bench.sim, 1)->depth) < 0.01 * twin.depth[0]);
+    // Its middle, to the rounding of the proxy's way, and how faces push it.
+    expect_at_most(vec3_length(vec3_sub(twin.axis[0], vec3(-0.05, 0, 0))), 1e-9);
+    assert_true(twin.kappa[0] == bench.body->contact_kappa && twin.kappa[0] > 0.0);
     press(&bench, 0);
     assert_int_equal(twin.question.tool_count, 2);
     assert_true(twin.size[0] == 0.008 && twin.size[1] == 0.004);
