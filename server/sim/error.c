@@ -460,15 +460,15 @@ static void drive(Sim *sim, ErrorRounds *errors)
         // The thresholds of a wall go with the size of its faces, and its error with the square.
         const int64_t stride = body->surface.solid ? step : WALL_STRIDE;
         int64_t by = step;
-        while (by < stride && at->fineness + by < most && fineness_of(2 * by) * target < error)
+        while (by < stride && fineness_of(2 * by) * target < error)
             by++;
-        set_fineness(body, at, at->fineness + by);
+        set_fineness(body, at, at->fineness + by < most ? at->fineness + by : most);
     } else if (change > 0 && !is_short) {
         tell(sim, at, target, error);
     } else if (change < 0 && at->fineness > least) {
         at->returned = 0;
         at->before = 0.0;
-        set_fineness(body, at, at->fineness - step);
+        set_fineness(body, at, at->fineness - step > least ? at->fineness - step : least);
     }
 }
 
