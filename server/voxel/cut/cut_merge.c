@@ -16,7 +16,7 @@
 // Load time: elements that may be leaves
 
 // What is known of a lattice point of the uncut body: bits.
-enum { POINT_IN_PARTS = 1, POINT_HELD = 2, POINT_INNER = 4 };
+enum { POINT_IN_PARTS = 1, POINT_HELD = 2, POINT_INNER = 4, POINT_SOLID = 8, POINT_EDGE = 16 };
 
 typedef struct Allowing {
     CutLattice *lattice;
@@ -51,6 +51,7 @@ static void find_parts(Allowing *allowing)
                 unsigned char *point = &allowing->point[cut_parts_index(scratch, p)];
                 *point |= allowing->parts[solid] > 1 ? POINT_IN_PARTS : 0;
                 *point |= solid == 0xff ? POINT_INNER : 0;
+                *point |= solid != 0 ? POINT_SOLID : 0;
             }
 }
 
@@ -74,6 +75,32 @@ static void find_held(Allowing *allowing, const FixedRegion *region)
                 if (fixed_contains(region, lattice_point(allowing->making->options->lattice, p[0],
                                                          p[1], p[2])))
                     allowing->point[cut_parts_index(scratch, p)] |= POINT_HELD;
+}
+
+// Finds the points of the surface that are held beside others that are not: strains are largest
+// there, and large elements so stiff that the whole body moves less.
+static void find_edges(Allowing *allowing)
+{
+    const CutScratch *scratch = allowing->lattice->scratch;
+    const int *n = scratch->points;
+    int p[3];
+    for (p[2] = 0; p[2] < n[2]; p[2]++)
+        for (p[1] = 0; p[1] < n[1]; p[1]++)
+            for (p[0] = 0; p[0] < n[0]; p[0]++) {
+                unsigned char *point = &allowing->point[cut_parts_index(scratch, p)];
+                if ((*point & (POINT_HELD | POINT_INNER | POINT_SOLID)) !=
+                    (POINT_HELD | POINT_SOLID))
+                    continue;
+                for (int side = 0; side < 6; side++) {
+                    int q[3] = {p[0], p[1], p[2]};
+                    q[side / 2] += 2 * (side % 2) - 1;
+                    if (q[side / 2] < 0 || q[side / 2] >= n[side / 2])
+                        continue;
+                    const unsigned other = allowing->point[cut_parts_index(scratch, q)];
+                    if ((other & (POINT_HELD | POINT_INNER | POINT_SOLID)) == POINT_SOLID)
+                        *point |= POINT_EDGE;
+                }
+            }
 }
 
 // Returns the bits that any and that all points of a closed block have.
@@ -220,7 +247,7 @@ static bool may_be_leaf(const Allowing *allowing, int number)
         return false;
     gather_points(allowing, element, &any, &all);
     const int coarsest = all & POINT_INNER ? options->body.levels : options->surface_level;
-    return element->level <= coarsest && !(any & POINT_IN_PARTS) &&
+    return element->level <= coarsest && !(any & (POINT_IN_PARTS | POINT_EDGE)) &&
            ((any & POINT_HELD) == 0 || holds_by_corners(allowing, number)) &&
            !is_fine(allowing, element) && ((all & POINT_INNER) || is_thick(allowing, element));
 }
@@ -239,6 +266,8 @@ void cut_merge_allow(CutLattice *lattice, const VoxelMaking *making)
             hold_nodes(&allowing, &body->fixed[r]);
         else
             find_held(&allowing, &body->fixed[r]);
+    if (body->adapt_error > 0.0)
+        find_edges(&allowing);
     // Children come before their parents.
     for (int e = lattice->level_first[1]; e < lattice->element_count; e++)
         lattice->element[e].mergeable = may_be_leaf(&allowing, e);

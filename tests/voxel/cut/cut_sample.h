@@ -19,6 +19,7 @@ typedef struct CutSample {
     bool removable;
     int levels, surface_level; // of elements inside and at the surface, or 0: it does not adapt
     const FixedRegion *fixed;  // or NULL
+    double adapt_error;        // BodyOptions.adapt_error
     const FineRegion *fine;    // or NULL
 } CutSample;
 
@@ -72,7 +73,8 @@ static inline bool cut_sample_try(CutSample *sample, int capacity, int budget, S
                                            .levels = sample->levels,
                                            .removable = sample->removable,
                                            .fixed_count = sample->fixed != NULL,
-                                           .fixed = sample->fixed},
+                                           .fixed = sample->fixed,
+                                           .adapt_error = sample->adapt_error},
                                   .lattice = &sample->lattice,
                                   .surface_level = sample->surface_level,
                                   .fine_count = sample->fine != NULL,

@@ -109,6 +109,24 @@ static bool is_held_by_a_cell(const CutSample *sample, const CutElement *of,
     return false;
 }
 
+// Whether a point of the surface is held, and one beside it on the surface is not.
+static bool is_at_edge(const CutSample *sample, const int point[3], const FixedRegion *held)
+{
+    int solid;
+    parts_of_cells(sample, point, &solid);
+    if (solid == 0 || solid == 8 || !fixed_contains(held, vec3(point[0], point[1], point[2])))
+        return false;
+    for (int d = 0; d < 3; d++)
+        for (int side = -1; side <= 1; side += 2) {
+            int q[3] = {point[0], point[1], point[2]};
+            q[d] += side;
+            parts_of_cells(sample, q, &solid);
+            if (solid > 0 && solid < 8 && !fixed_contains(held, vec3(q[0], q[1], q[2])))
+                return true;
+        }
+    return false;
+}
+
 // By the definition, for one element alone; the children are another's.
 static bool may_be_leaf(const CutSample *sample, const CutElement *of, const FixedRegion *held,
                         const FineRegion *fine)
@@ -139,6 +157,8 @@ static bool may_be_leaf(const CutSample *sample, const CutElement *of, const Fix
                 if (parts_of_cells(sample, p, &solid) > 1)
                     return false;
                 inner &= solid == 8;
+                if (sample->adapt_error > 0.0 && is_at_edge(sample, p, held))
+                    return false;
                 if (fixed_contains(held, vec3(p[0], p[1], p[2])) != is_kept_by_corners(of, p, held))
                     return false;
             }
@@ -167,6 +187,7 @@ TEST(elements_may_be_leaves_where_they_say_what_their_cells_do)
             cut_sample_options(&sample, lattice, round % 3, 1 + round % 3);
             sample.fixed = &held;
             sample.fine = &fine;
+            sample.adapt_error = kind % 2 == 0 ? 0.0 : 0.05;
             cut_sample_build(&sample, 8 * (int)lattice_solid(&lattice) + 4096, 1);
             const CutLattice *cut = &sample.cut;
             for (int e = cut->level_first[1]; e < cut->element_count; e++) {
