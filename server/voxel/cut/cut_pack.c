@@ -295,9 +295,17 @@ void cut_pack_free_held(CutWindows *windows)
     }
 }
 
-// Returns the lowest free batch in [begin, end); `end`: none.
-static int find_free(const BatchPool *pool, int begin, int end)
+// Returns the lowest, or highest, free batch in [begin, end); `end`: none.
+static int find_free(const BatchPool *pool, int begin, int end, bool high)
 {
+    if (high) {
+        int word = (end - 1) / 64;
+        uint64_t left = pool->free[word] & (~UINT64_C(0) >> (63 - (end - 1) % 64));
+        while (left == 0 && 64 * word > begin)
+            left = pool->free[--word];
+        const int batch = left == 0 ? -1 : 64 * word + 63 - __builtin_clzll(left);
+        return batch < begin ? end : batch;
+    }
     int word = begin / 64;
     uint64_t left = pool->free[word] & (~UINT64_C(0) << begin % 64);
     while (left == 0 && 64 * (word + 1) < end)
@@ -305,13 +313,13 @@ static int find_free(const BatchPool *pool, int begin, int end)
     return left == 0 ? end : bits_take(&left, word);
 }
 
-static int take_free(CutWindows *windows, int begin, int end)
+static int take_free(CutWindows *windows, int begin, int end, bool high)
 {
-    int batch = find_free(windows->pool, begin, end);
+    int batch = find_free(windows->pool, begin, end, high);
     // A state from a file may give ranges more than they need, and others nothing.
     if (batch >= end) {
         cut_pack_free_held(windows);
-        batch = find_free(windows->pool, begin, end);
+        batch = find_free(windows->pool, begin, end, high);
     }
     ASSERT(batch < end); // the lattice has at most as many leaves as the pool is for
     bits_remove(windows->pool->free, batch);
@@ -326,17 +334,18 @@ static int fill_next(Filling *fill)
     const int kind = fill->kind, place = range->used[kind]++;
     if (pool == NULL)
         return range->first[kind] + place;
-    int *held = &pool->held[BATCH_KINDS * fill->number + kind], batch = *held;
-    if (batch >= 0) {
-        *held = pool->next[batch];
-    } else {
-        const bool mixes =
-            fill->number >= fill->windows->lattice->window_count + fill->windows->group_count;
-        batch = kind == BATCH_PLAIN ? take_free(fill->windows, 0, pool->end[0])
-                : mixes             ? take_free(fill->windows, pool->end[1], pool->end[2])
-                                    : take_free(fill->windows, pool->end[0], pool->end[1]);
-    }
     const int from = kind == BATCH_PLAIN ? 0 : pool->end[0];
+    const bool mixes =
+        kind == BATCH_HANGING &&
+        fill->number >= fill->windows->lattice->window_count + fill->windows->group_count;
+    int *held = &pool->held[BATCH_KINDS * fill->number + kind], batch = *held;
+    if (batch >= 0)
+        *held = pool->next[batch];
+    else
+        batch = take_free(fill->windows, from, pool->end[kind], mixes);
+    // Mixed ones come from the other end, so that tables hardly ever change.
+    if (kind == BATCH_HANGING)
+        cut_windows_set_stride(fill->windows, batch - from, mixes ? LANES : 1);
     pool->place[batch] = 1 + POOL_PLACES * fill->number + place;
     if (place == 0)
         range->first[kind] = batch - from;

@@ -135,11 +135,11 @@ static void create_pool(CutWindows *windows, const char *name, Arena *arena, Sta
     BatchPool *pool = ALLOCATE(ARENA_TOPOLOGY, 1, BatchPool, "pool of batches");
     windows->pool = pool;
     pool->end[0] = most_plain(windows);
-    pool->end[1] = pool->end[0] + batches_for(larger);
-    pool->end[2] = pool->end[1] + batches_for(larger) + count_groups_above(windows);
+    // A group leaves free lanes in one hanging batch at most.
+    pool->end[1] = pool->end[0] + (larger + (LANES - 1) * count_groups_above(windows)) / LANES;
     windows->capacity[BATCH_PLAIN] = pool->end[0];
-    windows->capacity[BATCH_HANGING] = pool->end[2] - pool->end[0];
-    const int all = pool->end[2];
+    windows->capacity[BATCH_HANGING] = pool->end[1] - pool->end[0];
+    const int all = pool->end[1];
     pool->free = ALLOCATE(ARENA_TOPOLOGY, bits_words(all), uint64_t, "free batches");
     pool->next = ALLOCATE(ARENA_TOPOLOGY, all, int, "next batches");
     pool->place = ALLOCATE(ARENA_TOPOLOGY, all, int, "places of batches");
@@ -162,6 +162,18 @@ static void *begin_table(const CutWindows *windows, int batch, int stride, void 
            (size_t)TEMPLATE_NUMBERS * (size_t)stride * (single ? sizeof(float) : sizeof(double));
 }
 
+void cut_windows_set_stride(CutWindows *windows, int batch, int stride)
+{
+    const RestTable *table = &windows->tables[batch];
+    if (table->stride == stride)
+        return;
+    void *number = (void *)table->number;
+    const bool single = windows->templates->precision == PRECISION_SINGLE;
+    memset(number, 0, (size_t)TEMPLATE_NUMBERS * LANES * (single ? sizeof(float) : sizeof(double)));
+    memset(windows->hanging_shape[batch], 0, sizeof windows->hanging_shape[batch]);
+    begin_table(windows, batch, stride, number);
+}
+
 static void create_tables(CutWindows *windows, const char *name, Arena *arena)
 {
     const size_t real =
@@ -175,11 +187,10 @@ static void create_tables(CutWindows *windows, const char *name, Arena *arena)
             pass == 0 ? NULL
                       : arena_allocate(arena, ARENA_STEP, numbers, real, "%s/rest shapes", name);
         for (int b = 0; windows->pool != NULL && b < count; b++) {
-            const int stride = b < windows->pool->end[1] - windows->pool->end[0] ? 1 : LANES;
             if (pass == 0)
-                numbers += (size_t)TEMPLATE_NUMBERS * (size_t)stride;
+                numbers += (size_t)TEMPLATE_NUMBERS * LANES;
             else
-                number = begin_table(windows, b, stride, number);
+                number = begin_table(windows, b, LANES, number);
         }
         for (int g = 0, batch = 0; windows->pool == NULL && g < windows->group_count; g++) {
             // Mixed batches have numbers for each lane.
@@ -282,7 +293,7 @@ static void find_held(CutWindows *windows)
     BatchPool *pool = windows->pool;
     const int windows_and_groups = windows->lattice->window_count + 2 * windows->group_count;
     memset(pool->held, -1, (size_t)(BATCH_KINDS * windows_and_groups) * sizeof *pool->held);
-    memset(pool->free, 0, (size_t)bits_words(pool->end[2]) * sizeof *pool->free);
+    memset(pool->free, 0, (size_t)bits_words(pool->end[1]) * sizeof *pool->free);
     for (int w = 0; w < windows->lattice->window_count; w++)
         memset(windows->full[w].used, 0, sizeof windows->full[w].used);
     for (int g = 0; g < windows->group_count; g++) {
@@ -290,11 +301,9 @@ static void find_held(CutWindows *windows)
         memset(windows->mixed[g].used, 0, sizeof windows->mixed[g].used);
     }
     // Lists in ascending order of places: insertion is short, since lists are.
-    for (int b = 0; b < pool->end[2]; b++) {
+    for (int b = 0; b < pool->end[1]; b++) {
         const int range = pool->place[b] > 0 ? (pool->place[b] - 1) / POOL_PLACES : -1;
-        const bool mixes = range >= windows_and_groups - windows->group_count;
-        if (range < 0 || range >= windows_and_groups ||
-            (b >= pool->end[0] && mixes != (b >= pool->end[1]))) {
+        if (range < 0 || range >= windows_and_groups) {
             pool->place[b] = 0;
             bits_add(pool->free, b);
             continue;
@@ -382,7 +391,7 @@ void cut_windows_create(CutWindows *windows, const WindowOptions *options, Arena
     windows->runs.tables = windows->tables;
     create_classes(windows, options, arena);
     const int ranges = windows->lattice->window_count + 2 * windows->group_count;
-    const int runs = windows->pool != NULL ? windows->pool->end[2] : BATCH_KINDS * ranges;
+    const int runs = windows->pool != NULL ? windows->pool->end[1] : BATCH_KINDS * ranges;
     batch_runs_create(&windows->runs, runs, name, arena, state);
     if (options->branch_count > 0) {
         batch_runs_relax(&windows->runs, options->branch_count, options->branch,

@@ -50,7 +50,7 @@ typedef struct BatchPool {
     int *next;      // [batch] the next one of its range
     int *place;     // [batch] state: 1 + POOL_PLACES * its range + its place there; 0: free
     int *held;      // [range][kind] first batch while a state is restored; -1: none
-    int end[3];     // of plain batches, of full ones of one mask, and of mixed ones
+    int end[2]; // of plain batches, and of hanging ones, of which mixed ones are taken from above
 } BatchPool;
 enum { POOL_PLACES = 1024 }; // more than the batches of a range
 
@@ -148,6 +148,9 @@ int cut_windows_stressed(const CutWindows *windows, const uint16_t *high, int *e
 void cut_pack(CutWindows *windows, int group, bool turns);
 // Frees the batches that ranges had in a restored state and have not taken again.
 void cut_pack_free_held(CutWindows *windows);
+
+// Makes the table of a hanging batch of the pool one for each lane (LANES) or for all (1).
+void cut_windows_set_stride(CutWindows *windows, int batch, int stride);
 
 // Returns the batch after one of a range of this kind.
 static inline int cut_windows_next(const CutWindows *windows, int kind, int batch)
