@@ -4,6 +4,8 @@
 // links by the sides of the sweep's box on which their ends are.
 #include "voxel/cut/cut_near.h"
 
+#include "geometry/distance.h"
+
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -157,8 +159,26 @@ static bool boxes_meet(const BladeSearch *search, const BladeBox *box, const Box
     return !apart;
 }
 
+// True if a brick is not farther from the edge than the edge has moved, and moves in the next tick.
+static bool is_at_edge(const BladeSearch *search, const BladeBox *box, const CutPoint from[2],
+                       const CutPoint to[2])
+{
+    const CutBlades *blades = search->blades;
+    Vec3 end[2];
+    double way = 0.0;
+    for (int k = 0; k < 2; k++) {
+        end[k] = place_of(blades, to[k]);
+        way = fmax(way, vec3_length(vec3_sub(end[k], place_of(blades, from[k]))));
+    }
+    const double grown = growth(search, box) + SHIFTS * blades->links.q;
+    const Vec3 half = vec3_add(vec3_scale(0.5, box_size(&box->world)), vec3(grown, grown, grown));
+    return distance_point_segment(box_middle(&box->world), end[0], end[1]) <=
+           vec3_length(half) + 2.0 * way;
+}
+
 // Finds the bricks whose box meets that of the four ends of the edge. Recomputes near boxes that
-// have become too large.
+// have become too large. Where there is room for some cells alone, only of the bricks at the edge:
+// the box of one that runs obliquely has most of the body in it.
 void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const CutPoint to[2])
 {
     const CutBlades *blades = search->blades;
@@ -173,7 +193,8 @@ void cut_near_find_bricks(BladeSearch *search, const CutPoint from[2], const Cut
             make_box(blades, &search->centres, b, box);
             box->made = search->travel;
         }
-        if (boxes_meet(search, box, &edge))
+        if (boxes_meet(search, box, &edge) &&
+            (blades->place_at == NULL || is_at_edge(search, box, from, to)))
             blades->brick[search->brick_count++] = b;
     }
 }

@@ -92,14 +92,16 @@ TEST(cuts_through_larger_elements_are_those_through_cells)
     assert_true(larger > EFFORT(12) && parted > 0);
 }
 
-// A blade that appears inside of the body, and goes on through it at half a metre a second.
+// A blade that appears inside of the body, and goes on through it at half a metre a second. Where
+// there is room for fewer cells than there are, it looks at those along itself alone.
 TEST(what_a_fast_blade_meets_parts_in_the_same_tick)
 {
     uint64_t seed = 42;
-    int broken = 0;
     for (int round = 0; round < EFFORT(6); round++) {
         SCOPED(cut_world_destroy) CutWorld world;
         VoxelWorldOptions options = options_of(round);
+        if (round % 3 == 0)
+            options.body.body.node_capacity = 3600; // of 4096 cells, 1738 nodes at rest
         options.tool[options.tool_count++] =
             (ToolOptions){.id = 1,
                           .kind = TOOL_BLADE,
@@ -116,11 +118,12 @@ TEST(what_a_fast_blade_meets_parts_in_the_same_tick)
             expect_whole(&world);
         }
         const CutLattice *lattice = &world.cuts->lattice;
+        int broken = 0;
         for (int cell = 0; cell < lattice->level_first[1]; cell++)
             broken += __builtin_popcount(lattice->broken[cell]);
         assert_int_equal(sim_resets(world.sim), 0);
+        assert_true(broken > 20 || round % 3 == 2); // it may miss the corner
     }
-    assert_true(broken > EFFORT(6) * 20);
 }
 
 TEST(a_cut_that_has_no_room_breaks_nothing)
