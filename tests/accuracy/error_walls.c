@@ -28,7 +28,7 @@ typedef struct Case {
     Vec3 way[3];          // of the tool: from here, pressed to there in 0.3 s, dragged to there
     Vec3 other[2];        // of a second tool: from here to there
     double seconds;
-    bool later; // made after all else was chosen
+    bool later; // had no part in any choice
     bool cuts;
     Vec3 cut[4]; // before, after
 } Case;
@@ -167,7 +167,7 @@ static const Case CASES[] = {
      .way = {{0.0, 0.0, 0.0285}, {0.0, 0.0, 0.022}, {0.0, 0.0, 0.022}}, .seconds = 0.8},
     {"tube probed, adapts to 1", TUBE, 0, 1, BENDS, CALM HELD_ENDS, "", .radius = 0.008,
      .way = {{0.0, 0.0, 0.0285}, {0.0, 0.0, 0.022}, {0.0, 0.0, 0.022}}, .seconds = 0.8},
-    // Made after all else was chosen.
+    // Had no part in any choice.
     {"sheet, small ball", SHEET, 0, 0, BENDS, CALM HELD_SIDES, "", .radius = 0.008,
      .way = {{0.011, 0.004, 0.009}, {0.011, 0.004, -0.002}, {0.011, 0.004, -0.002}}, .seconds = 0.8,
      .later = true},
