@@ -155,6 +155,7 @@ static void on_input(const lcm_recv_buf_t *message, const char *channel, void *u
             bus_refuse(bus, REFUSED_STALE, result.why);
             answer_refusal(bus, &result);
         } else {
+            result.input.arrival = now_ns;
             hand_over(bus, &result);
         }
         break;

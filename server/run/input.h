@@ -77,8 +77,10 @@ typedef struct Input {
         };
         INPUT_LIST(INPUT_MEMBER)
     };
-    int32_t lifts;                 // inactive poses of the tool before this one: the bus counts
-    int64_t arrival;               // of a request: how many came before; the bus counts
+    int32_t lifts; // inactive poses of the tool before this one: the bus counts
+    // Of a request: how many came before; of a pose: when it came, by the clock [ns]. The bus
+    // writes it.
+    int64_t arrival;
     Setting setting;               // of SET
     int tool_index, to_body_index; // of a tie; -1: none
     char text[INPUT_TEXT_MAX]; // cut, load, tie: name of the body; SET: the key; else the argument

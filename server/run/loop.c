@@ -278,9 +278,16 @@ static void lift_blade(Loop *loop, const Input *input)
     apply_pose(loop, &lift);
 }
 
+// Notes a pause after which tools are released.
+static void note_away(Loop *loop, int64_t pause_ns)
+{
+    if ((double)pause_ns > loop->scene->sim.tool_timeout_s * 1e9)
+        loop->away_ns = pause_ns;
+}
+
 // While the process or the machine was stopped, the hands moved on, and their positions are
 // unknown. A tool that moved there within a tick would tear at what it grasps. Tools are released,
-// as stale ones are, and earlier poses are discarded.
+// as stale ones are, and earlier poses are discarded, also those that the bus hands over later.
 static void release_tools(Loop *loop)
 {
     Exchange *exchange = loop->exchange;
@@ -304,15 +311,23 @@ static void release_tools(Loop *loop)
                    (double)loop->away_ns * 1e-9);
     requests_log_stop(loop, (double)loop->away_ns * 1e-9);
     loop->away_ns = 0;
+    loop->back_ns = clock_now_ns();
 }
 
-static void take_poses(Loop *loop)
+static void take_poses(Loop *loop, int64_t begin_ns)
 {
     Exchange *exchange = loop->exchange;
     for (int i = 0; i < exchange->tool_count; i++) {
         const Input *input = slot_take(&exchange->pose[i]);
-        if (input == NULL)
+        if (input == NULL || input->arrival < loop->back_ns)
             continue;
+        // Stopped since the tick began: what came meanwhile is not a motion of one tick.
+        if (loop->state == RUN_RUNNING)
+            note_away(loop, clock_now_ns() - begin_ns);
+        if (loop->away_ns > 0) {
+            release_tools(loop);
+            return;
+        }
         lift_blade(loop, input);
         apply_pose(loop, input);
     }
@@ -326,7 +341,7 @@ static void tick(Loop *loop, int64_t begin_ns)
     // Inputs, then the step.
     if (loop->away_ns > 0)
         release_tools(loop);
-    take_poses(loop);
+    take_poses(loop, begin_ns);
     int64_t taken_ns = clock_now_ns();
     sim_add_stage_ns(sim, STAGE_INPUTS, taken_ns - begin_ns);
     sim_step(sim);
@@ -403,8 +418,7 @@ static void start_clock(Loop *loop)
 static void skip_missed(Loop *loop, int64_t now)
 {
     const int64_t first = loop->slot, missed = now - deadline(loop, first);
-    if ((double)missed > loop->scene->sim.tool_timeout_s * 1e9)
-        loop->away_ns = missed;
+    note_away(loop, missed);
     // Near at once, since a suspended machine may have missed days of them.
     const double passed = (double)(now - loop->epoch_ns) * loop->scene->sim.rate_hz * 1e-9;
     if (missed > 0 && (int64_t)passed - 1 > first)

@@ -42,6 +42,7 @@ typedef struct Loop {
     Input stepping;          // the STEP being executed
     int64_t stepped;         // its ticks so far
     int64_t away_ns;         // how late the last deadline was, if tools must be released; else 0
+    int64_t back_ns;         // when tools were released last
     int64_t beats;           // iterations and requests so far
     int64_t requests_due_ns; // earliest time for the next requests, by their share of the clock
     int64_t pause_arrival;   // of the newest PAUSE or STOP: earlier STEPs and RESUMEs are overtaken
